@@ -15,6 +15,7 @@ const JS: &str = "text/javascript; charset=utf-8";
 pub(crate) fn file(name: &str) -> Option<File> {
     let (kind, text) = match name {
         "" => (HTML, include_str!("page/index.html")),
+        "history.js" => (JS, include_str!("page/history.js")),
         "icon.svg" => (SVG, include_str!("page/icon.svg")),
         "studio.css" => (CSS, include_str!("page/studio.css")),
         "main.js" => (JS, include_str!("page/main.js")),

@@ -14,13 +14,12 @@
 mod in_process;
 mod studio_client;
 
-use base64::Engine;
 use in_process::oslrun;
 use osl_image::read_image;
 use serde_json::Value;
 use std::path::Path;
 use studio_client::Studio;
-use studio_client::browser::Browser;
+use studio_client::shown::{IDLE, LINES, browser, params, pixels, pixels_of, screenshot};
 
 const TOKEN: &str = "a-token-that-both-servers-have";
 /// The arrow to the right, as WebDriver names it.
@@ -28,41 +27,9 @@ const RIGHT: char = '\u{E014}';
 /// The arrow down.
 const DOWN: char = '\u{E015}';
 
-/// A browser, or a word why there is none.
-fn browser(size: (u32, u32), dark: bool) -> Option<Browser> {
-    match Browser::start(size, dark) {
-        Ok(browser) => Some(browser),
-        Err(why) => {
-            println!("left out: a test in a browser, because {why}");
-            None
-        }
-    }
-}
-
 fn cobbled() -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl/Cobbled.osl");
     std::fs::read_to_string(file).unwrap()
-}
-
-/// The page is idle when it has the picture of its newest state.
-const IDLE: &str = "document.getElementById('picture').getAttribute('aria-busy') === 'false' \
-    && / ms$/.test(document.getElementById('status').textContent)";
-
-/// The red, green and blue of the picture on the page.
-fn pixels(browser: &Browser) -> Vec<u8> {
-    pixels_of(browser, "picture")
-}
-
-/// The red, green and blue of a canvas.
-fn pixels_of(browser: &Browser, canvas: &str) -> Vec<u8> {
-    let text = browser.run(&format!(
-        "const canvas = document.getElementById('{canvas}');
-         const {{ data }} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-         return btoa(Array.from(data, (byte) => String.fromCharCode(byte)).join(''))"
-    ));
-    let bytes = base64::engine::general_purpose::STANDARD.decode(text.as_str().unwrap()).unwrap();
-    assert!(bytes.chunks_exact(4).all(|pixel| pixel[3] == 255));
-    bytes.chunks_exact(4).flat_map(|pixel| pixel[..3].to_vec()).collect()
 }
 
 /// The picture of a command line.
@@ -84,18 +51,6 @@ fn plain(value: &Value) -> Value {
         Value::Object(fields) => fields.iter().map(|(name, value)| (name.clone(), plain(value))).collect(),
         value => value.clone(),
     }
-}
-
-fn screenshot(browser: &Browser, name: &str) {
-    if let Some(folder) = std::env::var_os("OSLRUN_SCREENSHOTS") {
-        browser.screenshot(&Path::new(&folder).join(name));
-    }
-}
-
-/// What the fragment of the address says about the parameters.
-fn params(browser: &Browser) -> Vec<String> {
-    let list = browser.run("return new URLSearchParams(location.hash.slice(1)).getAll('p')");
-    list.as_array().unwrap().iter().map(|text| text.as_str().unwrap().to_string()).collect()
 }
 
 #[test]
@@ -293,19 +248,6 @@ fn every_kind_of_parameter_has_a_control() {
     assert!(pixels(&browser) == picture_of(&[file.as_str(), "-g", "64x64"].map(str::to_string)));
 }
 
-/// A shader whose lines are known.
-const LINES: &str = "shader lines(float k = 3, output color result = 0)
-{
-    float wave = 0.5 + 0.5 * sin(k * 10 * u);
-    float swing = snoise(P * 8);
-    // Nothing is set here.
-    result = color(wave, v, swing);
-    for (int i = 0; i < 3; i++) {
-        result *= 0.9 + 0.1 * i * wave;
-    }
-}
-";
-
 #[test]
 fn a_line_shows_what_it_sets_and_a_click_makes_it_the_picture() {
     let Some(browser) = browser((1280, 720), false) else { return };
@@ -424,155 +366,6 @@ fn a_line_shows_what_it_sets_and_a_click_makes_it_the_picture() {
     browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === 'result'");
     browser.wait(IDLE);
     assert!(pixels(&browser) == whole);
-    assert_eq!(browser.complaints(), Vec::<String>::new());
-}
-
-/// Where the canvas and the frame are on the page: left, top, width and height of each.
-fn places(browser: &Browser) -> [[f64; 4]; 2] {
-    ["picture", "frame"].map(|id| {
-        let found = browser.run(&format!(
-            "const box = document.getElementById('{id}').getBoundingClientRect();
-             return [box.left, box.top, box.width, box.height]"
-        ));
-        [0, 1, 2, 3].map(|at: usize| found[at].as_f64().unwrap())
-    })
-}
-
-/// Checks that the window shows each pixel of a picture that is seen, in its color and at its place. Returns how
-/// many there are.
-fn pixels_are_in_place(browser: &Browser, (width, height): (usize, usize), samples: &[u8]) -> usize {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("window.png");
-    // The frame around the chosen pixel covers others.
-    browser.run("document.getElementById('cross').style.visibility = 'hidden'");
-    browser.screenshot(&file);
-    browser.run("document.getElementById('cross').style.visibility = ''");
-    let window = read_image(&file).unwrap();
-    let color = |x: f64, y: f64| {
-        let at = (y as usize * window.width + x as usize) * window.channels.len();
-        [0, 1, 2].map(|c: usize| (window.samples[at + c] * 255.0).round() as u8)
-    };
-    let [[left, top, wide, high], [frame_left, frame_top, frame_wide, frame_high]] = places(browser);
-    let mut seen = 0;
-    for y in 0..height {
-        for x in 0..width {
-            let (page_x, page_y) = (
-                left + (x as f64 + 0.5) / width as f64 * wide,
-                top + (y as f64 + 0.5) / height as f64 * high,
-            );
-            let is_inside = (frame_left + 1.0..frame_left + frame_wide - 1.0).contains(&page_x)
-                && (frame_top + 1.0..frame_top + frame_high - 1.0).contains(&page_y)
-                && page_y < window.height as f64;
-            if is_inside {
-                let at = (y * width + x) * 3;
-                assert_eq!(color(page_x, page_y), samples[at..at + 3], "pixel ({x}, {y})");
-                seen += 1;
-            }
-        }
-    }
-    seen
-}
-
-#[test]
-fn the_picture_is_enlarged_moved_and_picked() {
-    let Some(browser) = browser((1280, 720), false) else { return };
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
-    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "96x64"]);
-    browser.open(&studio.url);
-    browser.wait(IDLE);
-    let samples = pixels(&browser);
-    let size = (96, 64);
-    assert!(pixels_are_in_place(&browser, size, &samples) > 5000);
-    browser.run(
-        "window.explained = null;
-         document.addEventListener('studio-explanation', (event) => { window.explained = event.detail.at; });
-         document.addEventListener('pointermove', (event) => { window.mouse = [event.clientX, event.clientY]; });",
-    );
-    // The pixel under the mouse, by the explanation.
-    let picked = |at: (i64, i64)| {
-        browser.run("window.explained = null");
-        // There is an answer for each new pixel.
-        browser.mouse("#frame", (at.0 + 30, at.1 + 30), None);
-        browser.mouse("#frame", at, None);
-        browser.wait(
-            "window.explained && document.getElementById('explanation').textContent.includes('result')",
-        );
-        browser.wait(
-            "(() => {
-               const box = document.getElementById('picture').getBoundingClientRect();
-               const [x, y] = window.mouse;
-               const at = [(x - box.left) / box.width * 96, (y - box.top) / box.height * 64].map(Math.floor);
-               return String(window.explained) === String(at);
-             })()",
-        );
-        let at = browser.run("return window.explained");
-        [at[0].as_i64().unwrap(), at[1].as_i64().unwrap()]
-    };
-    let before = picked((10, 5));
-    // The wheel enlarges about the mouse. At eight times, lines separate the pixels.
-    for _ in 0..6 {
-        browser.wheel("#picture", (10, 5), -120);
-    }
-    browser.wait("document.getElementById('zoom-fit').textContent === '8×'");
-    assert_eq!(browser.run("return document.getElementById('grid').hidden"), false);
-    let [[left, top, wide, _], [frame_left, frame_top, frame_wide, frame_high]] = places(&browser);
-    assert_eq!(wide, 8.0 * 96.0);
-    assert!(frame_wide > 400.0 && frame_high > 400.0, "{frame_wide} {frame_high}");
-    // The place that was under the mouse is there still: the frame has grown to the right and below.
-    let (mouse_x, mouse_y) = (frame_left + 48.5 + 10.0, frame_top + 32.5 + 5.0);
-    let under = [((mouse_x - left) / 8.0).floor() as i64, ((mouse_y - top) / 8.0).floor() as i64];
-    assert_eq!(under, before);
-    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
-    screenshot(&browser, "studio.zoom.png");
-    browser.wait("location.hash.includes('view=8')");
-    // Dragging moves the picture with the mouse.
-    let held = picked((40, 20));
-    browser.mouse("#frame", (40, 20), Some((-80, -16)));
-    let [[moved_left, moved_top, ..], _] = places(&browser);
-    assert_eq!(picked((-40, 4)), held, "{left}, {top} and {moved_left}, {moved_top}");
-    assert_eq!(picked((0, 4))[0], held[0] + 5);
-    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
-    // The border of a pinned picture stays in its place.
-    browser.run(
-        "document.getElementById('pin').click();
-         const slider = document.getElementById('wipe');
-         slider.value = 30;
-         slider.dispatchEvent(new Event('input'))",
-    );
-    let clip = browser.run("return document.getElementById('pinned').style.clipPath");
-    let right: f64 = clip.as_str().unwrap().split(' ').nth(1).unwrap().trim_end_matches('%').parse().unwrap();
-    let [[left, _, wide, _], [frame_left, _, frame_wide, _]] = places(&browser);
-    let border = left + wide * (1.0 - right / 100.0);
-    assert!((border - frame_left - 0.3 * frame_wide).abs() < 0.1, "{clip}: {border}");
-    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
-    browser.run("document.getElementById('pin').click()");
-    // The same part after a reload.
-    let view = browser.run("return document.getElementById('picture').style.transform");
-    let is_written = "new URLSearchParams(location.hash.slice(1)).get('view') === document.getElementById('frame').dataset.view";
-    browser.wait(is_written);
-    browser.reload();
-    browser.wait(IDLE);
-    assert_eq!(browser.run("return document.getElementById('picture').style.transform"), view);
-    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
-    // The keys; an arrow brings a pixel into view.
-    browser.run("document.getElementById('picture').focus()");
-    browser.key('+');
-    browser.wait("document.getElementById('zoom-fit').textContent === '16×'");
-    browser.key('-');
-    browser.key('-');
-    browser.wait("document.getElementById('zoom-fit').textContent === '4×'");
-    assert_eq!(browser.run("return document.getElementById('grid').hidden"), true);
-    browser.key('0');
-    browser.wait("document.getElementById('zoom-fit').textContent === 'fit'");
-    browser.wait("!location.hash.includes('view')");
-    assert!(pixels_are_in_place(&browser, size, &samples) > 5000);
-    // Two fingers, and a double click.
-    browser.pinch("#picture", 10, 40);
-    browser.wait("document.getElementById('zoom-fit').textContent === '4×'");
-    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
-    browser.run("document.getElementById('picture').dispatchEvent(new MouseEvent('dblclick'))");
-    browser.wait("document.getElementById('zoom-fit').textContent === 'fit'");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 

@@ -9,6 +9,7 @@ import { commandLine, flushFragment, readFragment, writeFragmentSoon } from "./s
 import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
 import { Zoom } from "./zoom.js";
+import { History } from "./history.js";
 import { element, fillMenu } from "./element.js";
 
 const at = (id) => document.getElementById(id);
@@ -18,7 +19,14 @@ let shader = null;
 
 const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line));
 const taps = new TapPane(at("taps"), { ask: (line) => connection.line(line), choose: chooseTap });
-const parameters = new ParameterPane(at("parameters"), () => changeState({ params: parameters.params() }));
+const parameters = new ParameterPane(at("parameters"), {
+  changed: (name) => {
+    history.add(state.params ?? [], parameters.params(), name);
+    changeState({ params: parameters.params() });
+  },
+  ended: () => history.end(),
+});
+const history = new History({ undo: at("undo"), redo: at("redo"), restore: restoreParams });
 const zoom = new Zoom({
   frame: at("frame"),
   canvas: at("picture"),
@@ -40,6 +48,12 @@ function changeState(part) {
   state = { ...state, ...part };
   show();
   writeFragmentSoon(state);
+}
+
+/** Gives the parameters the values from before a change, or from after it. */
+function restoreParams(params) {
+  parameters.show(shader, params);
+  changeState({ params: parameters.params() });
 }
 
 /** What a tap replaces. */
@@ -159,6 +173,7 @@ function showFile(text) {
   if (text === null) {
     source.release();
     taps.close();
+    history.clear();
   } else if (taps.line) {
     taps.line = movedLine(taps.line, text, shader.text);
   }
@@ -237,6 +252,7 @@ addEventListener("hashchange", () => {
   writeFragmentSoon(state);
   zoom.read(state.view);
   if (shader) {
+    history.clear();
     parameters.show(shader, state.params ?? shader.given);
     showOutputs();
     showOptions();

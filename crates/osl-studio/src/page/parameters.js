@@ -146,10 +146,11 @@ function controlOf(parameter, metadata, usual, changed) {
 
 /** The pane with the parameters. */
 export class ParameterPane {
-  /** `changed()` is called when a value is changed by hand. */
-  constructor(form, changed) {
-    this.form = form;
-    this.changed = changed;
+  /** `changed(name)` is called when a value is changed by hand; without a name, several are. `ended()` is called
+   * when the change is complete: a slider was let go. */
+  constructor(form, { changed, ended }) {
+    Object.assign(this, { form, changed });
+    form.addEventListener("change", ended);
     this.values = new Map();
     this.controls = new Map();
     form.onsubmit = (event) => event.preventDefault();
@@ -203,7 +204,7 @@ export class ParameterPane {
     const changed = (text) => {
       text === usual ? this.values.delete(name) : this.values.set(name, text);
       row.classList.toggle("changed", this.values.has(name));
-      this.changed();
+      this.changed(name);
     };
     const control = controlOf({ ...parameter, name }, metadata, usual, changed);
     const undo = element("button", { type: "button", class: "undo", title: `Reset ${name} to ${usual}` }, "↺");

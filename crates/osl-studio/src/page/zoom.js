@@ -162,9 +162,9 @@ export class Zoom {
     }
     const { zoom } = this.view;
     const [frameWidth, frameHeight] = this.frameOf(zoom);
-    const inside = (middle, seen, all) => Math.min(Math.max(middle, seen / 2), Math.max(all - seen / 2, seen / 2));
-    this.view.x = inside(this.view.x, frameWidth / zoom, width);
-    this.view.y = inside(this.view.y, frameHeight / zoom, height);
+    // The middle of the frame is in the picture. Its borders need not be, so that the place under the mouse can stay.
+    this.view.x = Math.min(Math.max(this.view.x, 0), width);
+    this.view.y = Math.min(Math.max(this.view.y, 0), height);
     // Whole pixels of the page, so that the lines of the grid are at the borders of the pixels.
     const left = Math.round(frameWidth / 2 - this.view.x * zoom);
     const top = Math.round(frameHeight / 2 - this.view.y * zoom);

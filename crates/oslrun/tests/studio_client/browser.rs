@@ -183,13 +183,10 @@ impl Browser {
         self.command("/actions", &json!({ "actions": [mouse] }));
     }
 
-    /// Turns the wheel over an element, at a place relative to its middle.
-    pub(crate) fn wheel(&self, selector: &str, (x, y): (i64, i64), down: i64) {
-        let found = self.command("/element", &json!({ "using": "css selector", "value": selector }));
-        let origin = json!({ ELEMENT: found[ELEMENT] });
-        let actions = json!([{
-            "type": "scroll", "duration": 0, "origin": origin, "x": x, "y": y, "deltaX": 0, "deltaY": down
-        }]);
+    /// Turns the wheel at a place of the window.
+    pub(crate) fn wheel(&self, (x, y): (i64, i64), down: i64) {
+        let actions =
+            json!([{ "type": "scroll", "duration": 0, "x": x, "y": y, "deltaX": 0, "deltaY": down }]);
         self.command(
             "/actions",
             &json!({ "actions": [{ "type": "wheel", "id": "wheel", "actions": actions }] }),

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "each test uses what it needs")]
 
 pub(crate) mod browser;
+pub(crate) mod shown;
 
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};

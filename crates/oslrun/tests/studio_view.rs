@@ -1,0 +1,218 @@
+//! The view of the picture and the history of the parameters on the page of `studio`, in a real browser: Chromium, if
+//! it is installed.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+mod studio_client;
+
+use osl_image::read_image;
+use studio_client::Studio;
+use studio_client::browser::Browser;
+use studio_client::shown::{IDLE, LINES, browser, params, pixels, screenshot};
+
+/// Where the canvas and the frame are on the page: left, top, width and height of each.
+fn places(browser: &Browser) -> [[f64; 4]; 2] {
+    ["picture", "frame"].map(|id| {
+        let found = browser.run(&format!(
+            "const box = document.getElementById('{id}').getBoundingClientRect();
+             return [box.left, box.top, box.width, box.height]"
+        ));
+        [0, 1, 2, 3].map(|at: usize| found[at].as_f64().unwrap())
+    })
+}
+
+/// Checks that the window shows each pixel of a picture that is seen, in its color and at its place. Returns how
+/// many there are.
+fn pixels_are_in_place(browser: &Browser, (width, height): (usize, usize), samples: &[u8]) -> usize {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("window.png");
+    // The frame around the chosen pixel covers others.
+    browser.run("document.getElementById('cross').style.visibility = 'hidden'");
+    browser.screenshot(&file);
+    browser.run("document.getElementById('cross').style.visibility = ''");
+    let window = read_image(&file).unwrap();
+    let color = |x: f64, y: f64| {
+        let at = (y as usize * window.width + x as usize) * window.channels.len();
+        [0, 1, 2].map(|c: usize| (window.samples[at + c] * 255.0).round() as u8)
+    };
+    let [[left, top, wide, high], [frame_left, frame_top, frame_wide, frame_high]] = places(browser);
+    let mut seen = 0;
+    for y in 0..height {
+        for x in 0..width {
+            let (page_x, page_y) = (
+                left + (x as f64 + 0.5) / width as f64 * wide,
+                top + (y as f64 + 0.5) / height as f64 * high,
+            );
+            let is_inside = (frame_left + 1.0..frame_left + frame_wide - 1.0).contains(&page_x)
+                && (frame_top + 1.0..frame_top + frame_high - 1.0).contains(&page_y)
+                && page_y < window.height as f64;
+            if is_inside {
+                let at = (y * width + x) * 3;
+                assert_eq!(color(page_x, page_y), samples[at..at + 3], "pixel ({x}, {y})");
+                seen += 1;
+            }
+        }
+    }
+    seen
+}
+
+#[test]
+fn the_picture_is_enlarged_moved_and_picked() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "480x300"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let samples = pixels(&browser);
+    let size = (480, 300);
+    assert!(pixels_are_in_place(&browser, size, &samples) > 140_000);
+    browser.run(
+        "window.explained = null;
+         document.addEventListener('studio-explanation', (event) => { window.explained = event.detail.at; });
+         document.addEventListener('pointermove', (event) => { window.mouse = [event.clientX, event.clientY]; });",
+    );
+    // The pixel under the mouse, by the explanation.
+    let picked = |at: (i64, i64)| {
+        browser.run("window.explained = null");
+        // There is an answer for each new pixel.
+        browser.mouse("#frame", (at.0 + 30, at.1 + 30), None);
+        browser.mouse("#frame", at, None);
+        browser.wait(
+            "window.explained && document.getElementById('explanation').textContent.includes('result')",
+        );
+        browser.wait(
+            "(() => {
+               const box = document.getElementById('picture').getBoundingClientRect();
+               const [x, y] = window.mouse;
+               const at = [(x - box.left) / box.width * 480, (y - box.top) / box.height * 300].map(Math.floor);
+               return String(window.explained) === String(at);
+             })()",
+        );
+        let at = browser.run("return window.explained");
+        [at[0].as_i64().unwrap(), at[1].as_i64().unwrap()]
+    };
+    let before = picked((10, 5));
+    // The wheel enlarges about the mouse. At eight times, lines separate the pixels.
+    let mouse = browser.run("return window.mouse");
+    let mouse = (mouse[0].as_i64().unwrap(), mouse[1].as_i64().unwrap());
+    for _ in 0..6 {
+        browser.wheel(mouse, -120);
+    }
+    browser.wait("document.getElementById('zoom-fit').textContent === '8×'");
+    assert_eq!(browser.run("return document.getElementById('grid').hidden"), false);
+    let [[left, top, wide, _], [_, _, frame_wide, frame_high]] = places(&browser);
+    assert_eq!(wide, 8.0 * 480.0);
+    assert!(frame_wide > 400.0 && frame_high > 400.0, "{frame_wide} {frame_high}");
+    // The place that was under the mouse is there still.
+    let under =
+        [((mouse.0 as f64 - left) / 8.0).floor() as i64, ((mouse.1 as f64 - top) / 8.0).floor() as i64];
+    assert_eq!(under, before);
+    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
+    screenshot(&browser, "studio.zoom.png");
+    browser.wait("location.hash.includes('view=8')");
+    // Dragging moves the picture with the mouse.
+    let held = picked((40, 20));
+    browser.mouse("#frame", (40, 20), Some((-80, -16)));
+    let [[moved_left, moved_top, ..], _] = places(&browser);
+    assert_eq!(picked((-40, 4)), held, "{left}, {top} and {moved_left}, {moved_top}");
+    assert_eq!(picked((0, 4))[0], held[0] + 5);
+    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
+    // The border of a pinned picture stays in its place.
+    browser.run(
+        "document.getElementById('pin').click();
+         const slider = document.getElementById('wipe');
+         slider.value = 30;
+         slider.dispatchEvent(new Event('input'))",
+    );
+    let clip = browser.run("return document.getElementById('pinned').style.clipPath");
+    let right: f64 = clip.as_str().unwrap().split(' ').nth(1).unwrap().trim_end_matches('%').parse().unwrap();
+    let [[left, _, wide, _], [frame_left, _, frame_wide, _]] = places(&browser);
+    let border = left + wide * (1.0 - right / 100.0);
+    assert!((border - frame_left - 0.3 * frame_wide).abs() < 0.1, "{clip}: {border}");
+    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
+    browser.run("document.getElementById('pin').click()");
+    // The same part after a reload.
+    let view = browser.run("return document.getElementById('picture').style.transform");
+    let is_written = "new URLSearchParams(location.hash.slice(1)).get('view') === document.getElementById('frame').dataset.view";
+    browser.wait(is_written);
+    browser.reload();
+    browser.wait(IDLE);
+    assert_eq!(browser.run("return document.getElementById('picture').style.transform"), view);
+    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
+    // The keys; an arrow brings a pixel into view.
+    browser.run("document.getElementById('picture').focus()");
+    browser.key('+');
+    browser.wait("document.getElementById('zoom-fit').textContent === '16×'");
+    browser.key('-');
+    browser.key('-');
+    browser.wait("document.getElementById('zoom-fit').textContent === '4×'");
+    assert_eq!(browser.run("return document.getElementById('grid').hidden"), true);
+    browser.key('0');
+    browser.wait("document.getElementById('zoom-fit').textContent === 'fit'");
+    browser.wait("!location.hash.includes('view')");
+    assert!(pixels_are_in_place(&browser, size, &samples) > 140_000);
+    // Two fingers, and a double click.
+    browser.pinch("#picture", 10, 40);
+    browser.wait("document.getElementById('zoom-fit').textContent === '4×'");
+    assert!(pixels_are_in_place(&browser, size, &samples) > 3000);
+    browser.run("document.getElementById('picture').dispatchEvent(new MouseEvent('dblclick'))");
+    browser.wait("document.getElementById('zoom-fit').textContent === 'fit'");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn changes_of_parameters_are_undone_and_redone() {
+    let Some(browser) = browser((1280, 720), true) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "96x64"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let usual = pixels(&browser);
+    let are_disabled = || {
+        ["undo", "redo"].map(|id| browser.run(&format!("return document.getElementById('{id}').disabled")))
+    };
+    assert_eq!(are_disabled(), [true, true]);
+    // One pull of a slider is one change.
+    browser.mouse("[data-name=k] input[type=range]", (-20, 0), Some((30, 0)));
+    browser.wait("location.hash.includes('k%3D')");
+    browser.wait(IDLE);
+    let (changed, shown) = (params(&browser), pixels(&browser));
+    assert!(shown != usual);
+    let press = |key: &str, shift: bool| {
+        browser.run(&format!(
+            "document.activeElement.dispatchEvent(new KeyboardEvent('keydown',
+               {{ key: '{key}', ctrlKey: true, shiftKey: {shift}, bubbles: true, cancelable: true }}))"
+        ));
+        browser.wait(IDLE);
+    };
+    press("z", false);
+    assert_eq!(params(&browser), Vec::<String>::new());
+    assert_eq!(are_disabled(), [true, false]);
+    assert!(pixels(&browser) == usual);
+    press("Z", true);
+    assert_eq!(params(&browser), changed);
+    assert!(pixels(&browser) == shown);
+    let click = |id: &str| {
+        browser.run(&format!("document.getElementById('{id}').click()"));
+        browser.wait(IDLE);
+    };
+    click("undo");
+    assert!(pixels(&browser) == usual);
+    click("redo");
+    assert!(pixels(&browser) == shown);
+    click("reset");
+    assert!(pixels(&browser) == usual);
+    assert_eq!(are_disabled(), [false, true]);
+    press("z", false);
+    assert_eq!(params(&browser), changed);
+    assert!(pixels(&browser) == shown);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
