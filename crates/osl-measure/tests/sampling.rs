@@ -13,6 +13,7 @@ use osl_exec::{Frame, PointSource, Program, RunOptions, Services};
 use osl_ir::passes;
 use osl_measure::sample::{
     Adaptive, Filter, FilterKind, Image, MaxError, Pattern, Rate, Shading, adaptive, at_rate, max_error,
+    max_error_each, reaches,
 };
 use osl_numeric::Arithmetic;
 use osl_scene::Grid;
@@ -250,6 +251,64 @@ fn pixels_that_may_not_have_enough_samples_are_counted() {
         let image = max_error(s, 0..64, MaxError { error: 0.01, most: 16 }).unwrap();
         assert!(image.tally.unfinished > 3000, "{:?}", image.tally);
         assert!(image.tally.per_pixel() <= 18.0, "{:?}", image.tally);
+    });
+}
+
+#[test]
+fn each_output_has_its_own_bound() {
+    let grid = Grid::new(96, 64);
+    // The second output is the first one in other units; the third one is never a number.
+    let text = "shader s(output float r = 0, output float w = 0, output float n = 0) {
+        r = u > 0.4 ? noise(\"cell\", 17 * P) : sin(9 * v) + step(0.437, u + 0.3 * v);
+        w = 64 * r;
+        n = pow(10, 30) * pow(10, 30) * (u - 0.5);
+    }";
+    let free = f32::INFINITY;
+    shading(text, &grid, Filter::default(), |s| {
+        let image = |bounds: [f32; 3]| {
+            let image = max_error_each(s, 0..64, (&bounds, 256)).unwrap();
+            (image.frame.planes.iter().map(|p| p.words.clone()).collect::<Vec<_>>(), image.tally)
+        };
+        let one = image([0.03, free, free]);
+        assert!(one.1.per_pixel() > 1.0, "{:?}", one.1);
+        assert_eq!(image([0.03, 64.0 * 0.03, free]), one);
+        assert_eq!(image([free, 64.0 * 0.03, free]), one);
+        assert_eq!(image([0.03, 64.0 * 0.06, free]), one, "the stricter bound counts");
+        let none = image([free, free, free]);
+        assert!(none.1.per_pixel() < 0.1 && none.1.above == 0.0, "{:?}", none.1);
+    });
+}
+
+#[test]
+fn ranges_are_those_of_the_outputs() {
+    let text = "shader s(output float r = 0, output color c = 0, output int i = 0) {
+        r = 10 + 4 * u; c = color(u, 0.5, 100 + 2 * v); i = 3;
+    }";
+    for size in [40, 200] {
+        let grid = Grid::new(size, size);
+        shading(text, &grid, Filter::default(), |s| {
+            let found = reaches(s).unwrap();
+            let names: Vec<&str> = found.iter().map(|own| &*own.name).collect();
+            assert_eq!(names, ["r", "c", "i"]);
+            let sizes: Vec<f32> = found.iter().map(|own| own.size()).collect();
+            assert!((sizes[0] - 4.0).abs() < 0.02 && (sizes[1] - 2.0).abs() < 0.02, "{sizes:?}");
+            assert_eq!((sizes[2], found[0].pixels), (3.0, (size * size).min(4096)));
+        });
+    }
+}
+
+#[test]
+fn a_bound_that_is_missed_is_seen_without_an_oracle() {
+    let grid = Grid::new(96, 96);
+    let text = "shader s(output float r = 0) { r = noise(\"hash\", P * 1e4); }";
+    shading(text, &grid, Filter::default(), |s| {
+        let wanted = MaxError { error: 0.05, most: 16 };
+        let image = max_error(s, 0..96, wanted).unwrap();
+        let share = share_above(&image, &truth(s, 96), wanted.error);
+        let said = image.tally.above / image.tally.pixels as f64;
+        assert!(share > 0.3 && (said / share - 1.0).abs() < 0.25, "{said} said, {share} true");
+        let enough = max_error(s, 0..96, MaxError { most: 4096, ..wanted }).unwrap();
+        assert_eq!(enough.tally.above, 0.0);
     });
 }
 

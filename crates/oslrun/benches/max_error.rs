@@ -164,7 +164,7 @@ fn timed(work: impl Fn() -> Image) -> (f64, Image) {
 /// The fractions of pixels above an error.
 fn above(image: &Image, truth: &Oracle, error: f32) -> f64 {
     let planes: Vec<Vec<f32>> = image.frame.planes.iter().map(|p| p.floats()).collect();
-    let found = check(&planes, truth, f64::from(error), |pixel| pixel as usize);
+    let found = check(&planes, truth, &vec![f64::from(error); planes.len()], |pixel| pixel as usize);
     found.above as f64 / found.pixels.max(1) as f64
 }
 
@@ -187,8 +187,9 @@ fn best_fixed(shading: &Shading<'_>, truth: &Oracle, error: f32, side: usize) ->
     for samples in (1..).map(|level| 1_u32 << level).take_while(|n| *n <= MOST.min(shading.pattern.count())) {
         // The checked pixels are enough to see whether the setting is good.
         let some = shading.chosen(&truth.pixels, samples).expect("samples");
-        let found =
-            check(&some, truth, f64::from(error), |pixel| truth.pixels.binary_search(&pixel).unwrap());
+        let found = check(&some, truth, &vec![f64::from(error); some.len()], |pixel| {
+            truth.pixels.binary_search(&pixel).unwrap()
+        });
         if found.above as f64 / found.pixels.max(1) as f64 <= PROMISED {
             let (time, image) = timed(|| shading.rows(0..side, samples).expect("an image"));
             return Some((format!("{samples} samples"), time, image.tally.per_pixel()));

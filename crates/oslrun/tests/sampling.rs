@@ -91,8 +91,69 @@ fn what_an_image_took_is_said_and_checked() {
     let folder = folder();
     let (out, _) = ok(&folder, &["@/s.osl", "-g", "64x64", "-o", "@/a.exr", "--max-error", "0.1"]);
     assert!(out.contains("evaluations a pixel"), "{out}");
-    let (_, err) = ok(&folder, &["@/s.osl", "-g", "64x64", "-o", "@/a.exr", "--max-error", "0.1", "--stats"]);
-    assert!(err.contains("error at 256 pixels") && err.contains("% of them are within 0.1"), "{err}");
+    let (_, err) = ok(&folder, &["@/s.osl", "-g", "24x20", "-o", "@/a.exr", "--max-error", "0.1", "--stats"]);
+    assert!(err.contains("error at all 480 pixels") && err.contains("% of them are within 0.1\n"), "{err}");
+}
+
+#[test]
+fn an_error_may_be_a_share_of_the_range_and_differ_by_output() {
+    let folder = folder();
+    let text =
+        "shader s(output float r = 0, output float w = 0) { r = step(0.437, u + 0.3 * v); w = 100 * r; }";
+    std::fs::write(folder.path().join("w.osl"), text).unwrap();
+    let file = |shader: &str, error: &str| {
+        let (_, err) = ok(&folder, &[shader, "-g", "96x80", "-o", "@/a.exr", "--max-error", error]);
+        (bytes(&folder, "a.exr"), err)
+    };
+    let (shares, notes) = file("@/w.osl", "10%");
+    assert!(
+        notes.contains("note: 10 % of the range of w (0 to 100 at 4096 pixels) is an error of 10\n"),
+        "{notes}"
+    );
+    let (numbers, silence) = file("@/w.osl", "r=0.1,w=10");
+    assert!(shares == numbers && silence.is_empty(), "{silence}");
+    assert!(file("@/w.osl", "w=10,0.1").0 == shares && file("@/w.osl", "10 %, r=0.1").0 == shares);
+    assert!(file("@/w.osl", "0.1").0 != shares);
+    assert!(file("@/s.osl", "0.1").0 == file("@/s.osl", "c=0.1,r=0.1").0);
+    let (_, notes) = file("@/w.osl", "w=10");
+    assert!(notes.contains("note: the error of r has no bound"), "{notes}");
+    // Of a picture with light, the range is that of a screen.
+    let lit = |error: &str| {
+        ok(&folder, &["@/s.osl", "--preview", "-g", "24x16", "-o", "@/a.png", "--max-error", error]);
+        bytes(&folder, "a.png")
+    };
+    assert!(lit("50%") == lit("0.5"));
+}
+
+#[test]
+fn an_error_bound_that_is_missed_is_a_warning_and_an_exit_code() {
+    let folder = folder();
+    let text = "shader s(float k = 1, output float r = 0) { r = k * noise(\"hash\", P * 1e4); }";
+    std::fs::write(folder.path().join("rough.osl"), text).unwrap();
+    let run = |most: &str, more: &[&str]| {
+        let args = ["@/rough.osl", "-g", "24x24", "--max-error", "10%", "--samples", most];
+        oslrun(folder.path(), &[&args, more].concat())
+    };
+    for more in [&[][..], &["--stats"]] {
+        let (code, out, err) = run("4", &[&["-o", "@/a.exr"], more].concat());
+        assert_eq!(code, 1, "{err}");
+        assert!(err.contains("warning: the error bound") && err.contains("is missed"), "{err}");
+        assert!(err.contains("at most 4 samples, and --samples N sets this limit"), "{err}");
+        assert!(out.contains("wrote") && !bytes(&folder, "a.exr").is_empty(), "{out}");
+        std::fs::remove_file(folder.path().join("a.exr")).unwrap();
+        let (code, _, err) = run("4096", more);
+        assert!(code == 0 && !err.contains("warning"), "{err}");
+    }
+    let (code, json, _) = run("4", &["--json"]);
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((code, &value["max_error"]["kept"]), (1, &false.into()), "{value}");
+    let bound = value["max_error"]["bounds"][0]["bound"].as_f64().unwrap();
+    assert!((0.09..0.11).contains(&bound), "{value}");
+    // All pictures of a command are written.
+    let (code, _, _) = run("4", &["--frames", "1-2", "-o", "@/f.#.png"]);
+    assert_eq!((code, bytes(&folder, "f.2.png").is_empty()), (1, false));
+    let (code, _, _) = run("4", &["-p", "k=1:2:2", "-o", "@/sheet.png"]);
+    assert_eq!((code, bytes(&folder, "sheet.png").is_empty()), (1, false));
 }
 
 #[test]
@@ -107,7 +168,7 @@ fn values_that_are_no_numbers_are_counted() {
 #[test]
 fn nonsense_is_refused_in_words() {
     let folder = folder();
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 18] = [
         (&["--samples", "0"], "1..=65536"),
         (&["--samples", "99999999"], "1..=65536"),
         (&["--samples", "-3"], "-3"),
@@ -117,6 +178,13 @@ fn nonsense_is_refused_in_words() {
         (&["--shading-rate", "2x2", "--samples", "4"], "cannot be used with"),
         (&["--max-error", "0"], "above 0"),
         (&["--max-error", "nan"], "above 0"),
+        (&["--max-error", "-2%"], "a share of the range is above 0 %"),
+        (&["--max-error", "abc%"], "a share of the range is above 0 %"),
+        (&["--max-error", "200%"], "up to 100 %"),
+        (&["--max-error", "r=1%,r=2%"], "`r` is named twice"),
+        (&["--max-error", "x=1%"], "`x` is no output of this picture; its outputs are r, c"),
+        (&["--max-error", "2%", "--on", "sphere"], "not for --on"),
+        (&["--max-error", "r=2%", "--preview", "-o", "@/a.png"], "it is one number for all"),
         (&["--max-error", "0.1", "--adaptive", "0.1"], "cannot be used with"),
         (&["--closures", "--samples", "4"], "one sample"),
     ];

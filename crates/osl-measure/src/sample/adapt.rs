@@ -1,5 +1,6 @@
 //! Adaptive sampling: each round doubles the samples of the pixels whose error is still too large.
 
+use super::bounds::{Weights, weighted};
 use super::error::Block;
 use super::image::{Image, Shading, not_finite};
 use super::pattern::MAX_SAMPLES;
@@ -23,6 +24,8 @@ pub struct Adaptive {
 pub(super) struct Refiner<'a> {
     shading: Shading<'a>,
     pixels: Vec<u32>,
+    /// Factors on the errors of the planes.
+    pub(super) weights: Weights,
     /// The pixels that need more samples.
     pub(super) active: Vec<usize>,
     /// For each plane, for each pixel.
@@ -42,6 +45,7 @@ impl<'a> Refiner<'a> {
         let planes = shading.planes().len();
         Refiner {
             shading: shading.clone(),
+            weights: Weights::equal(planes),
             active: (0..pixels.len()).collect(),
             sums: vec![vec![Block::default(); pixels.len()]; planes],
             moved: vec![0.0; pixels.len()],
@@ -51,6 +55,12 @@ impl<'a> Refiner<'a> {
             evaluations: 0,
             said: Frame::default(),
         }
+    }
+
+    /// The same with factors on the errors of the planes.
+    #[must_use]
+    pub(super) fn with(self, weights: &Weights) -> Refiner<'a> {
+        Refiner { weights: weights.clone(), ..self }
     }
 
     /// Brings the active pixels to `samples`, a power of two and at least twice their current number. Without
@@ -63,13 +73,13 @@ impl<'a> Refiner<'a> {
             self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
         let batch = self.shading.batch(&pixels, self.samples..samples, estimate)?;
         self.active.iter().for_each(|slot| self.moved[*slot] = 0.0);
-        for (sums, blocks) in self.sums.iter_mut().zip(&batch.blocks) {
+        for ((sums, blocks), weight) in self.sums.iter_mut().zip(&batch.blocks).zip(self.weights.iter()) {
             for (slot, block) in self.active.iter().zip(blocks) {
                 let before = sums[*slot];
                 sums[*slot].add(block);
                 if before.count > 0 {
                     let moved = (sums[*slot].mean() - before.mean()).abs();
-                    self.moved[*slot] = self.moved[*slot].max(moved);
+                    self.moved[*slot] = self.moved[*slot].max(weighted(moved, weight));
                 }
             }
         }
@@ -82,7 +92,8 @@ impl<'a> Refiner<'a> {
 
     /// Largest standard error over a pixel's planes; NaN if any sample is NaN.
     pub(super) fn error(&self, slot: usize) -> f32 {
-        let errors = self.sums.iter().filter_map(|plane| plane.get(slot)).map(Block::error);
+        let planes = self.sums.iter().zip(self.weights.iter());
+        let errors = planes.filter_map(|(plane, weight)| Some(weighted(plane.get(slot)?.error(), weight)));
         errors.fold(0.0, |worst: f32, e| if e.is_nan() || worst.is_nan() { f32::NAN } else { worst.max(e) })
     }
 

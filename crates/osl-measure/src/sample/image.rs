@@ -52,6 +52,9 @@ pub struct Tally {
     pub by_samples: Vec<(u32, u64)>,
     /// Pixels that need more samples than the maximum.
     pub unfinished: u64,
+    /// Pixels that probably exceed the error bound, because their samples do not suffice. It is estimated from
+    /// the pixels that were sampled first.
+    pub above: f64,
     /// Pixels with a value that is NaN or infinite.
     pub not_finite: u64,
     /// The comparison with the cheaper arithmetic, if it was used.
@@ -75,6 +78,7 @@ impl Tally {
         self.pixels += other.pixels;
         self.evaluations += other.evaluations;
         self.unfinished += other.unfinished;
+        self.above += other.above;
         self.not_finite += other.not_finite;
         if let Some(other) = other.cheaper {
             let own = self.cheaper.get_or_insert_default();

@@ -9,9 +9,11 @@
 //! textures, but a different image for each count.
 
 mod adapt;
+mod bounds;
 mod error;
 mod filter;
 mod image;
+pub mod likely;
 mod max_error;
 mod oracle;
 mod pattern;
@@ -20,9 +22,10 @@ mod rate;
 mod surface;
 
 pub use adapt::{Adaptive, adaptive};
+pub use bounds::{Reach, outputs, reaches};
 pub use filter::{Filter, FilterKind};
 pub use image::{Cheaper, Image, Shading, Tally};
-pub use max_error::{MaxError, max_error};
+pub use max_error::{MaxError, PROMISED, max_error, max_error_each};
 pub use oracle::{Check, Oracle, Watch, check, oracle};
 pub use pattern::{MAX_SAMPLES, Pattern};
 pub use points::SamplePoints;

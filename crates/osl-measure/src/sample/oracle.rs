@@ -50,7 +50,7 @@ pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Ora
 pub struct Check {
     /// Pixels that were compared.
     pub pixels: u64,
-    /// Pixels whose error exceeds the requested bound by more than the oracle's standard error and the
+    /// Pixels whose error exceeds the requested bound of a plane by more than the oracle's standard error and the
     /// rounding of single precision.
     pub above: u64,
     /// Root mean square error, with the oracle's own error subtracted.
@@ -61,37 +61,65 @@ pub struct Check {
     pub largest: f64,
     /// Root mean square of the oracle's standard error.
     pub oracle: f64,
+    /// Pixels that got more samples from the oracle than the others, because they may exceed a bound.
+    pub again: u64,
 }
 
-/// Compares planes with an oracle. `position` maps a pixel to its index in the planes.
-pub fn check(planes: &[Vec<f32>], oracle: &Oracle, limit: f64, position: impl Fn(u32) -> usize) -> Check {
+impl Oracle {
+    /// Replaces the values of some pixels by those of another oracle. `slots` are their positions here.
+    fn replace(&mut self, slots: &[usize], with: &Oracle) {
+        let all = self.values.iter_mut().zip(&with.values).chain(self.errors.iter_mut().zip(&with.errors));
+        for (own, with) in all {
+            for (slot, value) in slots.iter().zip(with) {
+                if let Some(own) = own.get_mut(*slot) {
+                    *own = *value;
+                }
+            }
+        }
+    }
+
+    /// How far a value is off: the error, the oracle's standard error, and their difference without the rounding
+    /// of single precision. `None` if the oracle does not know.
+    fn off(&self, plane: usize, at: usize, value: f32) -> Option<[f64; 3]> {
+        let pick =
+            |list: &[Vec<f32>]| list.get(plane).and_then(|p| p.get(at)).copied().map_or(f64::NAN, f64::from);
+        let (truth, uncertain) = (pick(&self.values), pick(&self.errors));
+        if !truth.is_finite() || !uncertain.is_finite() {
+            return None;
+        }
+        let error = (f64::from(value) - truth).abs();
+        let error = if error.is_nan() { f64::INFINITY } else { error };
+        Some([error, uncertain, error - uncertain - f64::from(f32::EPSILON) * truth.abs()])
+    }
+}
+
+/// Compares planes with an oracle. `limits` are the bounds of the planes, infinite where there are none.
+/// `position` maps a pixel to its index in the planes.
+pub fn check(planes: &[Vec<f32>], oracle: &Oracle, limits: &[f64], position: impl Fn(u32) -> usize) -> Check {
     let mut found = Check::default();
     let (mut squares, mut own, mut count) = (0.0, 0.0, 0.0_f64);
     let mut errors = Vec::with_capacity(oracle.pixels.len());
     for (at, pixel) in oracle.pixels.iter().enumerate() {
         let mut worst = 0.0_f64;
-        let mut usable = true;
-        for (plane, (values, own_errors)) in planes.iter().zip(oracle.values.iter().zip(&oracle.errors)) {
-            let pick = |list: &[f32], at: usize| list.get(at).copied().map_or(f64::NAN, f64::from);
-            let (value, truth) = (pick(plane, position(*pixel)), pick(values, at));
-            let uncertain = pick(own_errors, at);
-            if !truth.is_finite() || !uncertain.is_finite() {
+        let (mut usable, mut is_above) = (true, false);
+        for (at_plane, plane) in planes.iter().enumerate() {
+            let value = plane.get(position(*pixel)).copied().unwrap_or(f32::NAN);
+            let Some([error, uncertain, sure]) = oracle.off(at_plane, at, value) else {
                 usable = false;
                 continue;
-            }
-            let error = (value - truth).abs();
-            let error = if error.is_nan() { f64::INFINITY } else { error };
+            };
             squares += error * error;
             own += uncertain * uncertain;
             count += 1.0;
-            worst = worst.max(error - uncertain - f64::from(f32::EPSILON) * truth.abs());
+            worst = worst.max(sure);
+            is_above |= limits.get(at_plane).is_some_and(|limit| sure > *limit);
         }
         if usable {
             errors.push(worst);
+            found.above += u64::from(is_above);
         }
     }
     found.pixels = errors.len() as u64;
-    found.above = errors.iter().filter(|e| **e > limit).count() as u64;
     errors.sort_by(f64::total_cmp);
     let last = errors.len().saturating_sub(1);
     let quantile = (errors.len() as f64 * 0.999).ceil() as usize;
@@ -151,14 +179,35 @@ impl Watch {
         }
     }
 
-    /// Compares the recorded values with an oracle of so many samples; `limit` is the requested error bound.
+    /// Compares the recorded values with an oracle. `limits` are the requested error bounds of the planes. The
+    /// pixels that may exceed theirs are compared with an oracle of `many` samples, the others with `few`.
     ///
     /// # Errors
     /// A loop exceeds its budget.
-    pub fn check(&self, shading: &Shading<'_>, limit: f64, samples: u32) -> Result<Check, RunError> {
+    pub fn check(
+        &self,
+        shading: &Shading<'_>,
+        limits: &[f64],
+        [few, many]: [u32; 2],
+    ) -> Result<Check, RunError> {
         let pixels = self.pixels.get(..self.noted).unwrap_or(&[]);
-        let truth = oracle(shading, pixels, samples)?;
-        Ok(check(&self.values, &truth, limit, |pixel| pixels.binary_search(&pixel).unwrap_or(0)))
+        let mut truth = oracle(shading, pixels, few)?;
+        let may_exceed = |slot: &usize| {
+            let mut planes = self.values.iter().zip(limits).enumerate();
+            planes.any(|(plane, (values, limit))| {
+                let value = values.get(*slot).copied().unwrap_or(f32::NAN);
+                let off = truth.off(plane, *slot, value);
+                off.is_some_and(|[error, uncertain, _]| error + uncertain > *limit)
+            })
+        };
+        let again: Vec<usize> =
+            if few < many { (0..pixels.len()).filter(may_exceed).collect() } else { Vec::new() };
+        if !again.is_empty() {
+            let some: Vec<u32> = again.iter().filter_map(|slot| pixels.get(*slot)).copied().collect();
+            truth.replace(&again, &oracle(shading, &some, many)?);
+        }
+        let found = check(&self.values, &truth, limits, |pixel| pixels.binary_search(&pixel).unwrap_or(0));
+        Ok(Check { again: again.len() as u64, ..found })
     }
 }
 
@@ -175,10 +224,10 @@ mod tests {
             errors: vec![vec![0.1, 0.1, f32::NAN]],
             said: Frame::default(),
         };
-        let found = check(&[vec![1.25, 1.05, 0.0]], &oracle, 0.12, |p| p as usize);
+        let found = check(&[vec![1.25, 1.05, 0.0]], &oracle, &[0.12], |p| p as usize);
         assert_eq!((found.pixels, found.above), (2, 1), "what the oracle does not know is left out");
         assert!((found.largest - 0.15).abs() < 1e-6 && (found.oracle - 0.1).abs() < 1e-6);
-        let nan = check(&[vec![f32::NAN, 1.0, 0.0]], &oracle, 0.12, |p| p as usize);
+        let nan = check(&[vec![f32::NAN, 1.0, 0.0]], &oracle, &[0.12], |p| p as usize);
         assert_eq!((nan.above, nan.largest), (1, f64::INFINITY));
     }
 

@@ -14,7 +14,7 @@ pub use report::{csv, text};
 
 use crate::sample::{
     Adaptive, Check, Image, MAX_SAMPLES, MaxError, Oracle, Pattern, Rate, Shading, adaptive, at_rate, check,
-    max_error, oracle,
+    max_error, oracle, outputs,
 };
 use front::front;
 use osl_exec::{Frame, Plane, RunError};
@@ -285,13 +285,6 @@ fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
     tried.iter().map(row).collect()
 }
 
-/// Where the planes of each output lie.
-fn outputs(planes: &[Plane]) -> Vec<std::ops::Range<usize>> {
-    let starts: Vec<usize> = (0..planes.len()).filter(|at| planes[*at].component == 0).collect();
-    let end = |at: usize| starts.get(at + 1).copied().unwrap_or(planes.len());
-    starts.iter().enumerate().map(|(at, start)| *start..end(at)).collect()
-}
-
 fn judge(
     planes: &[Plane],
     range: std::ops::Range<usize>,
@@ -312,7 +305,7 @@ fn judge(
         planes.unwrap_or(&[]).iter().map(Plane::floats).collect()
     };
     let checks: Vec<Check> =
-        tried.iter().map(|one| check(&values(one), &own, f64::INFINITY, |pixel| pixel as usize)).collect();
+        tried.iter().map(|one| check(&values(one), &own, &[], |pixel| pixel as usize)).collect();
     let errors: Vec<Error> = checks
         .iter()
         .map(|c| Error { rms: c.rmse, nearly_all: c.nearly_all.max(0.0), largest: c.largest.max(0.0) })

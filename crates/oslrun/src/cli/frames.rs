@@ -63,14 +63,18 @@ pub(super) fn run(
     };
     // All frames have the same limits, and share the time of the command.
     args.read.limits.limits();
+    let mut missed = Ok(());
     for frame in frames {
         let time = (f64::from(frame) / wanted.fps.unwrap_or(FPS)) as f32;
         let globals = GlobalArgs { time: Some(time), ..args.globals.clone() };
         let args = RunArgs { output: numbered(path, frame), globals, ..args.clone() };
-        run::run(&args, lit, false, reads.as_deref_mut(), out, err)?;
+        match run::run(&args, lit, false, reads.as_deref_mut(), out, err) {
+            Err(failure) if failure.wrote => missed = Err(failure),
+            result => result?,
+        }
         super::flushed(out)?;
     }
-    Ok(())
+    missed
 }
 
 /// The path with the number of a frame in place of the first row of `#` in the file's name.

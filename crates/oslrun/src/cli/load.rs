@@ -395,9 +395,9 @@ fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Resu
             Some((layer, output)) => {
                 let layer = &group.layers()[layer];
                 let only = [output.to_string()];
-                wanted(&layer.program, Some(&only)).map_err(|Failure { text, code }| {
-                    let text = text.replace("the shader", &format!("layer `{}`", layer.name));
-                    Failure { text, code }
+                wanted(&layer.program, Some(&only)).map_err(|failure| {
+                    let text = failure.text.replace("the shader", &format!("layer `{}`", layer.name));
+                    Failure { text, ..failure }
                 })?;
                 asked.push(name.as_str().into());
             }

@@ -6,10 +6,11 @@
 //! `commands` lists the commands; each has a module, which declares its options. `args` holds those that
 //! several share, and `session` sets up a run. Exit codes: 0 success, 1 an error in
 //! the input or in its result, 2 an error in the command line. A command that fails has written no output
-//! file.
+//! file, except a picture that misses its `--max-error`.
 
 mod args;
 mod book;
+mod bounds;
 mod check;
 mod clock;
 mod closures;
@@ -78,22 +79,29 @@ struct Failure {
     text: String,
     /// The exit code.
     code: u8,
+    /// Whether the command wrote its output all the same.
+    wrote: bool,
 }
 
 impl Failure {
     /// A failure with a message of one line.
     fn new(text: impl std::fmt::Display) -> Failure {
-        Failure { text: text.to_string(), code: 1 }
+        Failure { text: text.to_string(), code: 1, wrote: false }
     }
 
     /// A failure because of the command line alone: options that exclude each other, or a value out of range.
     fn usage(text: impl std::fmt::Display) -> Failure {
-        Failure { text: text.to_string(), code: 2 }
+        Failure { text: text.to_string(), code: 2, wrote: false }
     }
 
     /// A failure whose message was printed already.
     fn said() -> Failure {
-        Failure { text: String::new(), code: 1 }
+        Failure { text: String::new(), code: 1, wrote: false }
+    }
+
+    /// A picture that was written, but misses its error bound, as a warning has said.
+    fn missed() -> Failure {
+        Failure { text: String::new(), code: 1, wrote: true }
     }
 }
 
@@ -180,7 +188,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
     };
     match result {
         Ok(()) => 0,
-        Err(Failure { text, code }) => {
+        Err(Failure { text, code, .. }) => {
             if !text.is_empty() {
                 let _ = writeln!(err, "error: {}", shown(&text));
             }

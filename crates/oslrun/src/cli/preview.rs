@@ -6,7 +6,8 @@
 
 use super::args::RunArgs;
 use super::args::heading;
-use super::args::values::{Gained, STDOUT, fraction, gained};
+use super::args::values::{Gained, STDOUT, gained};
+use super::bounds::displayed;
 use super::load::Loaded;
 use super::on::Job;
 use super::picture::{Stored, ViewArgs};
@@ -306,8 +307,8 @@ fn picture(
     world: &World,
     sources: &SourceMap,
 ) -> Result<Picture, Failure> {
-    let error = args.sampling.max_error.map(|error| fraction(&error.to_string())).transpose();
-    let max_error = error.map_err(|why| Failure::new(format!("--max-error of a preview is {why}")))?;
+    let error = args.sampling.max_error.as_ref().map(displayed).transpose();
+    let max_error = error.map_err(|why| Failure::usage(format!("--max-error of a preview: {why}")))?;
     let usual = if max_error.is_some() { MOST } else { SAMPLES };
     let options = RenderOptions {
         samples: args.sampling.samples.unwrap_or(usual),

@@ -1,7 +1,8 @@
 //! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
 
-use super::args::values::{STDOUT, fraction, grid, picture_file};
+use super::args::values::{STDOUT, grid, picture_file};
 use super::args::{MessageFormat, ReadArgs};
+use super::bounds::displayed_error;
 use super::load::Folders;
 use super::picture::{ExposureArgs, Stored, ViewArgs};
 use super::session::{on_threads, progress, stopped};
@@ -46,8 +47,8 @@ pub(super) struct RenderArgs {
     /// Paths per pixel (default: the number in the scene).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(super) samples: Option<u32>,
-    /// Stop when the standard error of a pixel, as displayed (0 to 1), is at most this.
-    #[arg(long, value_name = "E", value_parser = fraction)]
+    /// Stop when the standard error of a pixel, as displayed (0 to 1), is at most this: 0.02, or 2%.
+    #[arg(long, value_name = "E", value_parser = displayed_error, allow_hyphen_values = true)]
     pub(super) max_error: Option<f32>,
     /// Seed of the random numbers; another seed gives different noise.
     #[arg(long, value_name = "N", default_value_t = 0)]

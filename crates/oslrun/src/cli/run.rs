@@ -5,7 +5,7 @@ use super::args::values::STDOUT;
 use super::load::{self, Loaded, MoreTaps, Request};
 use super::output::{Broken, Rows, Tallied};
 use super::preview::{self, PreviewArgs};
-use super::sampling::{self, Plan, Sampled};
+use super::sampling::{self, Plan, Sampled, Target};
 use super::session::{grid_spaces, on_threads, options, points, progress, services, stopped};
 use super::shading::{self, Report};
 use super::summary::{About, Stats, summary};
@@ -19,6 +19,7 @@ use osl_measure::explain;
 use osl_measure::sample::Shading;
 use osl_numeric::Arithmetic;
 use osl_scene::{Crop, WithData};
+use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -65,9 +66,13 @@ pub(super) fn run(
     let result = pictures(args, lit, json.then_some(&mut about), streams);
     if json {
         about.printed = String::from_utf8_lossy(&text).into_owned();
-        result?;
+        if let Err(failure) = &result
+            && !failure.wrote
+        {
+            return result;
+        }
         let _ = writeln!(out, "{}", serde_json::to_string_pretty(&about).map_err(Failure::new)?);
-        return Ok(());
+        return result;
     }
     let _ = err.write_all(&text);
     let _ = out.write_all(&picture);
@@ -112,6 +117,8 @@ pub(super) struct Kept {
     pub(super) frame: Frame,
     /// 0 at pixels that show nothing.
     pub(super) covered: Option<Plane>,
+    /// Whether the values miss their error bound.
+    pub(super) missed: bool,
     /// Of a preview: its channels, and the samples that a PNG file stores.
     pub(super) lit: (usize, Vec<u8>),
     /// The time until the program was ready, and the time that it ran.
@@ -317,6 +324,7 @@ fn shaded(
         about.ran(&tallied.ranges, &written, shading);
         about.stats = args.stats.then_some(stats);
         about.histograms = histograms;
+        about.max_error = said.as_ref().and_then(|said| said.max_error.clone());
         if args.profile.is_some() {
             about.profile = Some(profile::tables(&frame.profile, &sources));
         }
@@ -329,8 +337,14 @@ fn shaded(
             }
         }
     }
+    let mut missed = false;
     if let Some(said) = said {
+        let _ = write!(err, "{}", shown(&said.notes));
         let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
+        if let Some(why) = &said.missed {
+            let _ = writeln!(err, "warning: {}", shown(why));
+            missed = true;
+        }
     }
     if let Some(path) = &args.profile {
         if about.is_none() {
@@ -345,9 +359,14 @@ fn shaded(
     if about.is_none() && args.live.is_none() {
         shading.wrote(&written, out);
     }
-    if let Some(kept) = kept {
-        kept.frame = frame;
-        kept.times = [compile_time, run];
+    match kept {
+        Some(kept) => {
+            kept.frame = frame;
+            kept.missed = missed;
+            kept.times = [compile_time, run];
+        }
+        None if missed => return Err(Failure::missed()),
+        None => {}
     }
     Ok(())
 }
@@ -405,15 +424,23 @@ fn shade(
     let bar = progress(points.count() as u64, "points");
     let tick = |done: usize| bar.at(done as u64);
     let run = Run::new(programs.usual, services, points, &options);
-    let work = || {
-        let mut plain = output::Points { run: &run, width: args.size().0, progress: &tick };
-        if plan == Plan::Plain {
-            return computed(&mut plain, closures, args);
+    let shading = (plan != Plan::Plain).then(|| {
+        let shading = sampling::shading(programs.usual, services, points, &options, plan);
+        Shading { cheaper: programs.cheaper, ..shading }
+    });
+    let target = match &shading {
+        Some(shading) => {
+            let target = on_threads(args.threads, || Target::of(shading, &args.sampling))?;
+            target.map_err(|stop| stopped(&stop, sources))??
         }
-        let cheaper = programs.cheaper;
-        let shading =
-            Shading { cheaper, ..sampling::shading(programs.usual, services, points, &options, plan) };
-        let mut sampled = Sampled::new(&shading, plan, args.stats, &tick);
+        None => Target::default(),
+    };
+    let work = || {
+        let Some(shading) = &shading else {
+            let mut plain = output::Points { run: &run, width: args.size().0, progress: &tick };
+            return computed(&mut plain, closures, args);
+        };
+        let mut sampled = Sampled::new(shading, (plan, &target), args.stats, &tick);
         let shaded = computed(&mut sampled, closures, args)?;
         let said = sampled.said().map_err(Broken::Run)?;
         Ok(Shaded { said: Some(said), ..shaded })

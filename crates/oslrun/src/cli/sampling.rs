@@ -3,12 +3,14 @@
 
 use super::Failure;
 use super::args::SampleArgs;
+use super::bounds::{Resolved, short};
 use super::output::Rows;
 use osl_exec::{Frame, Plane, Program, RunError, RunOptions, Services};
 use osl_measure::sample::{
-    Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading,
-    Surface, Tally, Watch, adaptive, at_rate, max_error,
+    Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, PROMISED, Pattern, Rate, Reach,
+    Shading, Surface, Tally, Watch, adaptive, at_rate, likely, max_error_each, outputs, reaches,
 };
+use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Range;
 
@@ -23,16 +25,16 @@ pub(super) enum Plan {
     Rate(Rate),
     /// As many samples as a standard error requires.
     Adaptive(Adaptive, FilterKind, f32),
-    /// As few samples as an error permits.
-    MaxError(MaxError, FilterKind, f32),
+    /// As few samples as the error bounds permit, and at most so many per pixel.
+    MaxError(u32, FilterKind, f32),
 }
 
 /// The default maximum number of samples per pixel, and the default with an error to keep: noise with values
 /// from 0 to 1 needs 2300 samples for an error of 0.02.
 const MOST: u32 = 1024;
 const MOST_FOR_ERROR: u32 = 4096;
-/// The number of pixels that are compared with an oracle.
-const CHECKED: usize = 256;
+/// The number of pixels that are compared with an oracle: enough to see one pixel in a thousand.
+const CHECKED: usize = 4096;
 /// The minimum number of samples of the oracle per pixel.
 const ORACLE: u32 = 1024;
 
@@ -41,14 +43,11 @@ impl SampleArgs {
     pub(super) fn plan(&self) -> Result<Plan, Failure> {
         let (kind, width) = self.filter.unwrap_or((FilterKind::Box, 1.0));
         let most = self.samples.unwrap_or(MOST);
-        Ok(match (self.shading_rate, self.adaptive, self.max_error) {
+        Ok(match (self.shading_rate, self.adaptive, &self.max_error) {
             (Some(Rate([1, 1])), ..) => Plan::Plain,
             (Some(rate), ..) => Plan::Rate(rate),
             (_, Some(threshold), _) => Plan::Adaptive(Adaptive { threshold, most }, kind, width),
-            (.., Some(error)) => {
-                let most = self.samples.unwrap_or(MOST_FOR_ERROR);
-                Plan::MaxError(MaxError { error, most }, kind, width)
-            }
+            (.., Some(_)) => Plan::MaxError(self.samples.unwrap_or(MOST_FOR_ERROR), kind, width),
             _ if self.samples.unwrap_or(1) == 1 => Plan::Plain,
             _ => Plan::Samples(most, kind, width),
         })
@@ -91,14 +90,6 @@ impl Plan {
             _ => 64,
         }
     }
-
-    /// The requested error, or infinity.
-    fn limit(self) -> f32 {
-        match self {
-            Plan::MaxError(wanted, ..) => wanted.error,
-            _ => f32::INFINITY,
-        }
-    }
 }
 
 /// A program that can be run at any place of an image.
@@ -113,10 +104,103 @@ pub(super) fn shading<'a>(
     Shading { program, services, surface, options, cheaper: None, pattern, filter: plan.filter() }
 }
 
+/// The error bounds of an image, which are known before its first piece.
+#[derive(Debug, Default)]
+pub(super) struct Target {
+    /// The bound of each plane; infinite if it has none.
+    planes: Vec<f32>,
+    /// The bounds of the outputs.
+    each: Vec<Resolved>,
+    /// Which bounds those are that the command line gives as shares.
+    words: String,
+    /// Evaluations that the ranges of the outputs took.
+    looks: u64,
+}
+
+impl Target {
+    /// The bounds of the command line for the outputs of an image; nothing without such bounds.
+    pub(super) fn of(shading: &Shading<'_>, args: &SampleArgs) -> Result<Result<Target, Failure>, RunError> {
+        let (Some(bounds), planes) = (&args.max_error, shading.planes()) else {
+            return Ok(Ok(Target::default()));
+        };
+        if planes.is_empty() {
+            return Ok(Ok(Target::default()));
+        }
+        let (reaches, looks) = if bounds.needs_ranges() {
+            let reaches = reaches(shading)?;
+            let looks = reaches.first().map_or(0, |reach| reach.pixels as u64);
+            (reaches, looks)
+        } else {
+            let name = |at: usize| planes.get(at).map_or_else(|| "".into(), |plane| plane.output.clone());
+            let own =
+                |own: Range<usize>| Reach { name: name(own.start), planes: own, ends: [0.0; 2], pixels: 0 };
+            (outputs(&planes).into_iter().map(own).collect(), 0)
+        };
+        Ok(bounds.of(&reaches).map(|found| {
+            let mut each = vec![f32::INFINITY; planes.len()];
+            for (at, own) in &found {
+                let range = reaches.get(*at).map_or(0..0, |reach| reach.planes.clone());
+                if let Some(planes) = each.get_mut(range) {
+                    planes.fill(own.bound);
+                }
+            }
+            let words = bounds.words(&reaches);
+            Target { planes: each, each: found.into_iter().map(|(_, own)| own).collect(), words, looks }
+        }))
+    }
+
+    /// The bounds in words: a number, or one for each output.
+    fn named(&self) -> String {
+        let first = self.each.first().map(|own| own.bound);
+        if self.each.iter().all(|own| Some(own.bound) == first) {
+            return first.map_or_else(String::new, short);
+        }
+        let list: Vec<String> =
+            self.each.iter().map(|own| format!("{} of {}", short(own.bound), own.output)).collect();
+        list.join(", ")
+    }
+
+    /// Whether the image misses its bounds, in words. The comparison with an oracle decides if it is sure;
+    /// otherwise the estimate from the pixels that were sampled first.
+    fn missed(&self, tally: &Tally, check: Option<&Check>, most: u32) -> Option<String> {
+        let estimated = tally.above / tally.pixels.max(1) as f64;
+        let by_check = check.filter(|check| check.pixels > 0).and_then(|check| {
+            let seen = check.above as f64 / check.pixels as f64;
+            let [low, high] = limits(check, tally.pixels);
+            (low > PROMISED || high <= PROMISED).then_some(seen)
+        });
+        let share = by_check.unwrap_or(estimated);
+        let how = if by_check.is_some() { "of the compared pixels" } else { "of the pixels, as estimated," };
+        (share > PROMISED && !self.each.is_empty()).then(|| {
+            let help = if tally.unfinished > 0 && most < MAX_SAMPLES {
+                format!("; they may have at most {most} samples, and --samples N sets this limit")
+            } else {
+                String::new()
+            };
+            format!(
+                "the error bound {} is missed: {:.2} % {how} exceed it, and {} % may{help}",
+                self.named(),
+                100.0 * share,
+                100.0 * PROMISED
+            )
+        })
+    }
+}
+
+/// The share of the pixels above their bound: its limits with a confidence of 95 %; the share itself if all
+/// pixels were compared.
+fn limits(check: &Check, pixels: u64) -> [f64; 2] {
+    match check.pixels >= pixels {
+        true => [check.above as f64 / pixels.max(1) as f64; 2],
+        false => likely::share(check.above, check.pixels),
+    }
+}
+
 /// An image that is computed with a plan, piece by piece.
 pub(super) struct Sampled<'a, 'b> {
     shading: &'a Shading<'b>,
     plan: Plan,
+    target: &'a Target,
     tally: Tally,
     /// The pixels to compare with an oracle.
     watch: Option<Watch>,
@@ -126,20 +210,35 @@ pub(super) struct Sampled<'a, 'b> {
 /// The report on an image with samples.
 pub(super) struct Said {
     pub(super) tally: Tally,
+    /// What the image took, and its error.
     pub(super) text: String,
+    /// Notes on the error bounds.
+    pub(super) notes: String,
+    /// The bounds, if there are any, and whether the image keeps them.
+    pub(super) max_error: Option<Kept>,
+    /// Why they are not kept.
+    pub(super) missed: Option<String>,
+}
+
+/// Error bounds, and whether an image keeps them.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Kept {
+    bounds: Vec<Resolved>,
+    kept: bool,
 }
 
 impl<'a, 'b> Sampled<'a, 'b> {
     /// An image before its first piece.
     pub(super) fn new(
         shading: &'a Shading<'b>,
-        plan: Plan,
+        (plan, target): (Plan, &'a Target),
         check: bool,
         progress: &'a (dyn Fn(usize) + Sync),
     ) -> Sampled<'a, 'b> {
         let (width, height) = shading.surface.size();
         let watch = check.then(|| Watch::new(width * height, CHECKED));
-        Sampled { shading, plan, tally: Tally::default(), watch, progress }
+        let tally = Tally { evaluations: target.looks, ..Tally::default() };
+        Sampled { shading, plan, target, tally, watch, progress }
     }
 
     fn piece(&self, rows: Range<usize>) -> Result<Image, RunError> {
@@ -148,20 +247,28 @@ impl<'a, 'b> Sampled<'a, 'b> {
             Plan::Samples(samples, ..) => self.shading.rows(rows, samples),
             Plan::Rate(rate) => at_rate(self.shading, rows, rate),
             Plan::Adaptive(wanted, ..) => adaptive(self.shading, rows, wanted),
-            Plan::MaxError(wanted, ..) => max_error(self.shading, rows, wanted),
+            Plan::MaxError(most, ..) => max_error_each(self.shading, rows, (&self.target.planes, most)),
         }
     }
 
     /// The cost and the error of the image.
     pub(super) fn said(self) -> Result<Said, RunError> {
         let mut text = spent(&self.tally);
+        let mut compared = None;
         if let Some(watch) = &self.watch {
             let most = self.tally.by_samples.last().map_or(1, |(samples, _)| *samples);
-            let samples = most.saturating_mul(4).clamp(ORACLE, MAX_SAMPLES);
-            let check = watch.check(self.shading, f64::from(self.plan.limit()), samples)?;
-            text += &checked(&check, samples, self.plan.limit());
+            let many = most.saturating_mul(4).clamp(ORACLE, MAX_SAMPLES).next_power_of_two();
+            let few = if self.target.each.is_empty() { many } else { ORACLE };
+            let limits: Vec<f64> = self.target.planes.iter().copied().map(f64::from).collect();
+            let check = watch.check(self.shading, &limits, [few, many])?;
+            text += &checked(&check, [few, many], (self.tally.pixels, self.target));
+            compared = Some(check);
         }
-        Ok(Said { tally: self.tally, text })
+        let most = if let Plan::MaxError(most, ..) = self.plan { most } else { MAX_SAMPLES };
+        let missed = self.target.missed(&self.tally, compared.as_ref(), most);
+        let bounds = self.target.each.clone();
+        let max_error = (!bounds.is_empty()).then(|| Kept { bounds, kept: missed.is_none() });
+        Ok(Said { tally: self.tally, text, notes: self.target.words.clone(), max_error, missed })
     }
 }
 
@@ -225,15 +332,73 @@ fn spent(tally: &Tally) -> String {
     text
 }
 
-fn checked(check: &Check, samples: u32, limit: f32) -> String {
+fn checked(check: &Check, [few, many]: [u32; 2], (pixels, target): (u64, &Target)) -> String {
+    let some = if check.pixels < pixels { "" } else { "all " };
+    let again = if check.again > 0 { format!(" ({many} at {} of them)", check.again) } else { String::new() };
     let mut text = format!(
-        "error at {} pixels, against {samples} samples each: rms {:.3e}, 99.9 % below {:.3e}, largest {:.3e} \
+        "error at {some}{} pixels, against {few} samples each{again}: rms {:.3e}, 99.9 % below {:.3e}, largest {:.3e} \
          (oracle's own standard error {:.1e}, subtracted)\n",
         check.pixels, check.rmse, check.nearly_all, check.largest, check.oracle
     );
-    if limit.is_finite() {
-        let share = 100.0 * (1.0 - check.above as f64 / check.pixels.max(1) as f64);
-        let _ = writeln!(text, "{share:.2} % of them are within {limit}");
+    if !target.each.is_empty() && check.pixels > 0 {
+        let within = |above: f64| 100.0 * (1.0 - above);
+        let share = within(check.above as f64 / check.pixels as f64);
+        let _ = write!(text, "{share:.2} % of them are within {}", target.named());
+        if check.pixels < pixels {
+            let [_, high] = limits(check, pixels);
+            let sure = 100.0 * likely::SURE;
+            let _ = write!(text, "; of all pixels at least {:.2} %, with {sure} % confidence", within(high));
+        }
+        text.push('\n');
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn target(bounds: &[(&str, f32)]) -> Target {
+        let one = |(name, bound): &(&str, f32)| Resolved { output: (*name).to_string(), bound: *bound };
+        let each = bounds.iter().map(one).collect();
+        Target { planes: bounds.iter().map(|(_, bound)| *bound).collect(), each, ..Target::default() }
+    }
+
+    #[test]
+    fn a_comparison_says_what_it_tells_of_all_pixels() {
+        let target = target(&[("r", 0.1), ("c", 0.2)]);
+        let check = Check { pixels: 4096, above: 0, again: 7, ..Check::default() };
+        let text = checked(&check, [1024, 4096], (1 << 18, &target));
+        assert!(
+            text.starts_with("error at 4096 pixels, against 1024 samples each (4096 at 7 of them): rms"),
+            "{text}"
+        );
+        let end = "100.00 % of them are within 0.1 of r, 0.2 of c; of all pixels at least 99.93 %, with 95 % confidence\n";
+        assert!(text.ends_with(end), "{text}");
+        let text = checked(&check, [1024, 4096], (4096, &target));
+        assert!(text.starts_with("error at all 4096 pixels") && !text.contains("confidence"), "{text}");
+    }
+
+    #[test]
+    fn a_sure_comparison_decides_and_otherwise_the_estimate_does() {
+        let target = target(&[("r", 0.1)]);
+        let missed = |pixels: u64, above: f64, check: Option<(u64, u64)>| {
+            let tally = Tally { pixels, above, ..Tally::default() };
+            let check = check.map(|(above, pixels)| Check { pixels, above, ..Check::default() });
+            target.missed(&tally, check.as_ref(), 64)
+        };
+        assert_eq!(missed(100_000, 100.0, None), None, "one in a thousand may exceed the bound");
+        let said = missed(100_000, 500.0, None).unwrap_or_default();
+        assert!(
+            said.contains("0.1 is missed: 0.50 % of the pixels, as estimated, exceed it, and 0.1 % may"),
+            "{said}"
+        );
+        assert_eq!(missed(100_000, 500.0, Some((0, 4096))), None, "so many pixels without an error are sure");
+        assert!(missed(100_000, 500.0, Some((4, 4096))).is_some(), "four are not");
+        assert_eq!(missed(100_000, 0.0, Some((4, 4096))), None);
+        let said = missed(100_000, 0.0, Some((41, 4096))).unwrap_or_default();
+        assert!(said.contains("1.00 % of the compared pixels"), "{said}");
+        assert!(missed(4096, 0.0, Some((5, 4096))).is_some(), "all pixels are known");
+        assert_eq!(missed(4096, 900.0, Some((4, 4096))), None);
+    }
 }

@@ -4,6 +4,7 @@
 use super::args::RunArgs;
 use super::histogram::Histogram;
 use super::profile;
+use super::sampling;
 use super::shading::Tally;
 use osl::stages::Compiled;
 use osl_exec::{Frame, Isa, Plane};
@@ -28,6 +29,9 @@ pub(super) struct About {
     pub(super) printed: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) stats: Option<Stats>,
+    /// The bounds of `--max-error`, and whether the picture keeps them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) max_error: Option<sampling::Kept>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) histograms: Option<Vec<Histogram>>,
     #[serde(skip_serializing_if = "Option::is_none")]

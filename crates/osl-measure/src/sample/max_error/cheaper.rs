@@ -6,6 +6,7 @@
 
 use super::Work;
 use super::probe::{Probes, distance};
+use crate::sample::bounds::weighted;
 use crate::sample::error::Block;
 use crate::sample::image::{Cheaper, Shading};
 use osl_exec::RunError;
@@ -25,18 +26,24 @@ impl<'a> Work<'_, 'a> {
             return Ok(());
         }
         let cheaper = Shading { program, cheaper: None, ..self.shading.clone() };
-        let largest = self.difference(&cheaper, probes, &open)?;
-        if largest <= SHARE * self.wanted.error {
+        let [weighty, largest] = self.difference(&cheaper, probes, &open)?;
+        if weighty <= SHARE * self.wanted.error {
             let pixels = pending.iter().filter(|pending| **pending).count() as u64;
             self.chosen = Some(Cheaper { compared: open.len() as u64, largest, pixels });
-            self.wanted.error -= largest;
+            self.wanted.error -= weighty;
             self.sampled = cheaper;
         }
         Ok(())
     }
 
-    /// The largest difference between the probes and another way to run the shader.
-    fn difference(&mut self, other: &Shading<'_>, probes: &Probes, slots: &[usize]) -> Result<f32, RunError> {
+    /// The largest difference between the probes and another way to run the shader: times the factor of its
+    /// plane, and in the units of its output.
+    fn difference(
+        &mut self,
+        other: &Shading<'_>,
+        probes: &Probes,
+        slots: &[usize],
+    ) -> Result<[f32; 2], RunError> {
         let pixels: Vec<u32> = slots.iter().map(|slot| probes.pixels[*slot] + self.first).collect();
         let batch = other.batch(&pixels, 0..1, false)?;
         self.evaluations += pixels.len() as u64;
@@ -48,6 +55,12 @@ impl<'a> Work<'_, 'a> {
             };
             slots.iter().zip(blocks).map(one).fold(0.0, f32::max)
         };
-        Ok(probes.values.iter().zip(&batch.blocks).map(worst).fold(0.0, f32::max))
+        let planes = probes.values.iter().zip(&batch.blocks).map(worst).zip(self.weights.iter());
+        Ok(planes.filter(|(_, weight)| *weight > 0.0).fold(
+            [0.0, 0.0],
+            |[weighty, largest]: [f32; 2], (own, weight)| {
+                [weighty.max(weighted(own, weight)), largest.max(own)]
+            },
+        ))
     }
 }

@@ -4,6 +4,7 @@
 
 use super::Work;
 use super::lattice::corners;
+use crate::sample::bounds::Weights;
 use crate::sample::rate::ticks;
 use rayon::prelude::*;
 
@@ -31,6 +32,14 @@ struct Planes<'a> {
     width: usize,
     height: usize,
     values: &'a [Vec<f32>],
+    weights: &'a Weights,
+}
+
+impl<'a> Planes<'a> {
+    /// The planes that have a bound, with their factors.
+    fn weighty(&self) -> impl Iterator<Item = (&'a Vec<f32>, f32)> {
+        self.values.iter().zip(self.weights.iter()).filter(|(_, weight)| *weight > 0.0)
+    }
 }
 
 impl Work<'_, '_> {
@@ -45,7 +54,7 @@ impl Work<'_, '_> {
     }
 
     fn planes(&self) -> Planes<'_> {
-        Planes { width: self.width, height: self.height, values: &self.values }
+        Planes { width: self.width, height: self.height, values: &self.values, weights: &self.weights }
     }
 }
 
@@ -84,19 +93,19 @@ impl Planes<'_> {
         let mut line = Line { across: vec![0.0; columns.len()], down: vec![0.0; columns.len()] };
         // At the borders, use the curvature of the neighbouring column.
         let mut twist = vec![0.0; columns.len()];
-        for plane in self.values {
+        for (plane, weight) in self.weighty() {
             let row = |y: usize| -> Vec<f32> { columns.iter().map(|x| plane[y * self.width + x]).collect() };
-            seconds(&mut line.across[..=last], [&row(y), &row(y), &row(y)], [0, 1, 2]);
+            seconds(&mut line.across[..=last], [&row(y), &row(y), &row(y)], ([0, 1, 2], weight));
             let Some(middle) = middle else { continue };
             let rows = [row(middle - step), row(middle), row(middle + step)];
             let rows = [&rows[0], &rows[1], &rows[2]].map(Vec::as_slice);
             for (down, ((a, b), c)) in line.down.iter_mut().zip(rows[0].iter().zip(rows[1]).zip(rows[2])) {
-                *down = larger(*down, bent(*a, *b, *c));
+                *down = larger(*down, weight * bent(*a, *b, *c));
             }
             if step == 1 {
                 // A feature the size of a pixel may touch only its corner.
-                seconds(&mut line.across[..=last], rows, [0, 1, 2]);
-                seconds(&mut twist[..=last], rows, [2, 1, 0]);
+                seconds(&mut line.across[..=last], rows, ([0, 1, 2], weight));
+                seconds(&mut twist[..=last], rows, ([2, 1, 0], weight));
             }
         }
         for of in [&mut line.across, &mut twist] {
@@ -119,8 +128,8 @@ impl Planes<'_> {
         let columns = [left, right].map(|x| nearest(x, self.width));
         let lines = [top, bottom].map(|y| nearest(y, self.height));
         let (mut across, mut down) = (0.0_f32, 0.0_f32);
-        for plane in self.values {
-            let second = |at: usize, by: usize| bent(plane[at - by], plane[at], plane[at + by]);
+        for (plane, weight) in self.weighty() {
+            let second = |at: usize, by: usize| weight * bent(plane[at - by], plane[at], plane[at + by]);
             for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                 let (own_x, own_y) = ([left, right][x], [top, bottom][y]);
                 if let Some(x) = columns[x] {
@@ -149,12 +158,12 @@ fn inside(size: usize, step: usize) -> Option<(usize, usize)> {
 
 /// Raises the largest curvatures, from the second column on, to at least the curvatures across three rows.
 /// The previous, the current and the next column are read from the rows in the order `at`: the same row three
-/// times, or a diagonal.
-fn seconds(largest: &mut [f32], rows: [&[f32]; 3], at: [usize; 3]) {
+/// times, or a diagonal. `weight` is the factor of the plane.
+fn seconds(largest: &mut [f32], rows: [&[f32]; 3], (at, weight): ([usize; 3], f32)) {
     let part = |i: usize| rows[i].get(at[i]..).unwrap_or(&[]);
     let (a, b, c) = (part(0), part(1), part(2));
     for (largest, ((a, b), c)) in largest.iter_mut().skip(1).zip(a.iter().zip(b).zip(c)) {
-        *largest = larger(*largest, bent(*a, *b, *c));
+        *largest = larger(*largest, weight * bent(*a, *b, *c));
     }
 }
 
@@ -181,7 +190,7 @@ mod tests {
                 (0..width * height).map(|at| if at == 17 { f32::NAN } else { value(at) }).collect()
             };
             let values = [plane(1), plane(200)];
-            let planes = Planes { width, height, values: &values };
+            let planes = Planes { width, height, values: &values, weights: &Weights::equal(2) };
             for step in [1, 2, 4] {
                 let curvatures = planes.curvatures(step);
                 for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {

@@ -23,6 +23,7 @@ mod probe;
 mod scaled;
 
 use super::adapt::{Refiner, power_below};
+use super::bounds::Weights;
 use super::image::{Cheaper, Image, Shading, not_finite};
 use learn::Steps;
 use osl_exec::{Frame, RunError};
@@ -45,7 +46,7 @@ const REACH: usize = 4;
 /// Distance between the pixels of the coarsest lattice.
 const COARSE: usize = 4;
 /// Share of the pixels whose error may exceed the bound.
-const PROMISED: f32 = 1e-3;
+pub const PROMISED: f64 = 1e-3;
 /// The share that planning aims for, to leave a margin.
 const ALLOWED: f32 = 5e-4;
 /// The aim when few pixels are left.
@@ -102,13 +103,29 @@ const WIDEST: f32 = 4.0;
 /// # Errors
 /// A loop exceeds its budget.
 pub fn max_error(shading: &Shading<'_>, rows: Range<usize>, wanted: MaxError) -> Result<Image, RunError> {
+    let bounds = vec![wanted.error; shading.planes().len()];
+    max_error_each(shading, rows, (&bounds, wanted.most))
+}
+
+/// The same with a bound for each plane, in the units of its output, and the maximum number of samples per
+/// pixel. A plane with an infinite bound gets what the others need.
+///
+/// # Errors
+/// A loop exceeds its budget.
+pub fn max_error_each(
+    shading: &Shading<'_>,
+    rows: Range<usize>,
+    (bounds, most): (&[f32], u32),
+) -> Result<Image, RunError> {
+    let (error, weights) = Weights::of(bounds);
     let (width, height) = shading.surface.size();
     let rows = rows.start.min(height)..rows.end.min(height);
     let mut work = Work {
         shading,
         sampled: shading.clone(),
         chosen: None,
-        wanted: MaxError { most: power_below(wanted.most), ..wanted },
+        wanted: MaxError { error, most: power_below(most) },
+        weights,
         width,
         height: rows.len(),
         first: (rows.start * width) as u32,
@@ -117,6 +134,7 @@ pub fn max_error(shading: &Shading<'_>, rows: Range<usize>, wanted: MaxError) ->
         known: vec![false; rows.len() * width],
         evaluations: 0,
         unfinished: 0,
+        above: 0.0,
         said: Frame::default(),
     };
     work.run()
@@ -136,7 +154,10 @@ struct Work<'s, 'a> {
     sampled: Shading<'a>,
     /// The comparison with the cheaper form, if that is used.
     chosen: Option<Cheaper>,
+    /// The smallest bound.
     wanted: MaxError,
+    /// Factors on the errors of the planes that make it stand for all.
+    weights: Weights,
     width: usize,
     height: usize,
     /// Number of the band's first pixel in the image.
@@ -150,6 +171,8 @@ struct Work<'s, 'a> {
     evaluations: u64,
     /// Pixels that need more samples than the maximum.
     unfinished: u64,
+    /// Pixels that probably exceed the bound, because the samples do not suffice.
+    above: f64,
     said: Frame,
 }
 
@@ -326,7 +349,11 @@ impl<'a> Work<'_, 'a> {
         let ahead = pilot.pixels();
         pixels.retain(|pixel| ahead.binary_search(pixel).is_err());
         let guards = self.guards(&pixels);
-        let mut others = Refiner::new(&self.sampled, pixels);
+        if steps.short {
+            let share = f64::from(steps.failed) / ahead.len().max(1) as f64;
+            self.above = share * (ahead.len() + pixels.len()) as f64 + f64::from(off);
+        }
+        let mut others = Refiner::new(&self.sampled, pixels).with(&self.weights);
         self.follow(&mut others, &guards, &steps)?;
         Ok([pilot, others])
     }
@@ -373,6 +400,7 @@ impl<'a> Work<'_, 'a> {
         image.tally.pixels = self.known.len() as u64;
         image.tally.note_all(samples.into_iter());
         image.tally.unfinished = self.unfinished;
+        image.tally.above = self.above;
         image.tally.cheaper = self.chosen;
         image.tally.not_finite = not_finite(&values);
         image.frame.planes = self.shading.filled(values);

@@ -6,6 +6,7 @@ use super::learn::{Rung, Steps, fixed, steps};
 use super::probe::distance;
 use super::{BOLD, CAREFUL, DROPPED, MIN_SAMPLES, NEARLY, PILOT, PROMISED, THRIFT, Work};
 use crate::sample::adapt::Refiner;
+use crate::sample::bounds::{Weights, weighted};
 use crate::sample::oracle::some_pixels;
 use osl_exec::RunError;
 use pxfm::{f_hypotf, f_log2f, f_powf};
@@ -40,7 +41,8 @@ impl<'a> Work<'_, 'a> {
                 finite.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
             (high - low).max(0.0)
         };
-        self.values.iter().map(range).fold(0.0, f32::max)
+        let ranges = self.values.iter().zip(self.weights.iter());
+        ranges.map(|(plane, weight)| weighted(range(plane), weight)).fold(0.0, f32::max)
     }
 }
 
@@ -79,7 +81,7 @@ impl<'a> Pilot<'a> {
         let (times, fewest, most) = MIN_SAMPLES;
         let min_samples = (times * work.range() / work.wanted.error).clamp(fewest, most) as u32;
         Pilot {
-            refiner: Refiner::new(&work.sampled, pixels),
+            refiner: Refiner::new(&work.sampled, pixels).with(&work.weights),
             guards,
             rounds: Vec::new(),
             bound: work.wanted.error,
@@ -107,7 +109,7 @@ impl<'a> Pilot<'a> {
         let count = self.guards.len() as f32;
         let allowed = allowed * count;
         let affordable = |rungs: &[Rung], steps: &Steps, times: f32| {
-            let fixed = fixed(rungs, self.bound, PROMISED * all / pixels * count);
+            let fixed = fixed(rungs, self.bound, PROMISED as f32 * all / pixels * count);
             let work = steps.work as f32 / count * pixels + times * self.refiner.evaluations as f32;
             fixed.is_some_and(|fixed| work <= THRIFT * fixed as f32 * all)
         };
@@ -153,11 +155,16 @@ impl<'a> Pilot<'a> {
     fn rungs(&self) -> Vec<Rung> {
         let Some((last, rounds)) = self.rounds.split_last() else { return Vec::new() };
         let power = self.convergence();
+        let weights = &self.refiner.weights;
         let rung = |round: &Round| {
             let error = |slot: usize| {
                 let share = round.samples as f32 / self.refiner.each[slot] as f32;
                 // The reference contains these samples, so the true difference is larger.
-                if share < 1.0 { moved(round, last, slot) / (1.0 - f_powf(share, power)).sqrt() } else { 0.0 }
+                if share < 1.0 {
+                    moved(round, last, slot, weights) / (1.0 - f_powf(share, power)).sqrt()
+                } else {
+                    0.0
+                }
             };
             let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
             Rung::new(round.samples, tried, self.bound)
@@ -172,7 +179,8 @@ impl<'a> Pilot<'a> {
         let [.., first, second, third] = &self.rounds[..] else { return SLOWEST };
         let slots = &self.refiner.active;
         let large = |from: &Round, to: &Round| {
-            let mut moves: Vec<f32> = slots.iter().map(|slot| moved(from, to, *slot)).collect();
+            let mut moves: Vec<f32> =
+                slots.iter().map(|slot| moved(from, to, *slot, &self.refiner.weights)).collect();
             moves.sort_by(f32::total_cmp);
             moves.get((LARGE * moves.len() as f32) as usize).copied().unwrap_or(0.0)
         };
@@ -185,16 +193,18 @@ impl<'a> Pilot<'a> {
         let [.., before, last] = &self.rounds[..] else { return };
         let enough = DROPPED * self.bound;
         let min_samples = self.min_samples;
-        let small = |slot: usize| last.estimates[slot] <= enough && moved(before, last, slot) <= enough;
+        let weights = self.refiner.weights.clone();
+        let small =
+            |slot: usize| last.estimates[slot] <= enough && moved(before, last, slot, &weights) <= enough;
         let samples = last.samples;
         self.refiner.settle(|slot, _| samples >= min_samples && small(slot));
     }
 }
 
 /// The largest change of a pixel between two rounds, over all planes.
-fn moved(from: &Round, to: &Round, slot: usize) -> f32 {
-    let far = |(a, b): (&Vec<f32>, &Vec<f32>)| distance(a[slot], b[slot]);
-    from.values.iter().zip(&to.values).map(far).fold(0.0, f32::max)
+fn moved(from: &Round, to: &Round, slot: usize, weights: &Weights) -> f32 {
+    let planes = from.values.iter().zip(&to.values).zip(weights.iter());
+    planes.map(|((a, b), weight)| weighted(distance(a[slot], b[slot]), weight)).fold(0.0, f32::max)
 }
 
 /// The estimated error of a pixel: its standard error combined with the change by the later half of its

@@ -5,6 +5,7 @@
 //! lattice is too coarse or where the shader varies within a pixel.
 
 use super::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, Work, above};
+use crate::sample::bounds::weighted;
 use crate::sample::oracle::some_pixels;
 use crate::sample::pattern::hash;
 use osl_exec::RunError;
@@ -100,10 +101,11 @@ impl Work<'_, '_> {
             .map(|slot| {
                 let (pixel, place) = (probes.pixels[*slot] as usize, probes.places[*slot]);
                 let curvature = self.curvature([pixel % self.width, pixel / self.width], step);
-                let off = |(values, seen): (&Vec<f32>, &Vec<f32>)| {
-                    distance(self.at(values, place, step), seen[*slot])
+                let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
+                    weighted(distance(self.at(values, place, step), seen[*slot]), weight)
                 };
-                let worst = self.values.iter().zip(&probes.values).map(off).fold(0.0, f32::max);
+                let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
+                let worst = planes.map(off).fold(0.0, f32::max);
                 (curvature, worst + self.blurred(pixel, step))
             })
             .collect();
@@ -132,7 +134,9 @@ impl Work<'_, '_> {
             let both = second(x, self.width, step) + second(y, self.height, step * self.width);
             0.5 * self.spread * both.abs() / (step * step) as f32
         };
-        self.values.iter().map(one).filter(|blur| blur.is_finite()).fold(0.0, f32::max)
+        let planes = self.values.iter().zip(self.weights.iter());
+        let blurs = planes.map(|(plane, weight)| weighted(one(plane), weight));
+        blurs.filter(|blur| blur.is_finite()).fold(0.0, f32::max)
     }
 
     /// Takes more samples of some pixels and returns how far their means are from the lattice, plus the
@@ -143,7 +147,7 @@ impl Work<'_, '_> {
         let seen = self.shading.samples(&all, 0..samples, &mut self.said)?;
         self.evaluations += u64::from(samples) * pixels.len() as u64;
         let mut worst = vec![0.0_f32; pixels.len()];
-        for (seen, values) in seen.iter().zip(&self.values) {
+        for ((seen, values), weight) in seen.iter().zip(&self.values).zip(self.weights.iter()) {
             for ((worst, seen), pixel) in worst.iter_mut().zip(seen.chunks(samples as usize)).zip(pixels) {
                 let (mut sum, mut squares) = (0.0_f32, 0.0_f32);
                 for (sample, value) in seen.iter().enumerate() {
@@ -153,7 +157,8 @@ impl Work<'_, '_> {
                 let n = samples as f32;
                 let mean = sum / n;
                 let spread = ((squares / n - mean * mean).max(0.0) / n).sqrt();
-                *worst = worst.max(if mean.is_nan() { f32::INFINITY } else { mean.abs() + DOUBT * spread });
+                let error = if mean.is_nan() { f32::INFINITY } else { mean.abs() + DOUBT * spread };
+                *worst = worst.max(weighted(error, weight));
             }
         }
         Ok(worst)

@@ -4,6 +4,7 @@
 
 pub(super) mod values;
 
+use super::bounds::{Bounds, bounds};
 use super::display::DisplayArgs;
 use super::globals::GlobalArgs;
 use super::levels::LintArgs;
@@ -309,12 +310,14 @@ pub(super) struct SampleArgs {
     /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
     #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error", help_heading = heading::SAMPLES)]
     pub(super) adaptive: Option<f32>,
-    /// Keep the error of each pixel below this, in the units of the outputs, with as little work as possible:
-    /// pixels are interpolated where the shader is smooth, and have many samples where it is not. The fast
-    /// arithmetic is used if its error is much smaller, unless --arithmetic is given. With --stats the error
-    /// is checked.
-    #[arg(long, value_name = "ERROR", value_parser = error, help_heading = heading::SAMPLES)]
-    pub(super) max_error: Option<f32>,
+    /// Keep the error of 999 in 1000 pixels below this with as little work as possible: pixels are interpolated
+    /// where the shader is smooth, and have many samples where it is not. 0.01 is in the units of the outputs;
+    /// 2% is a share of the range of each output, which is measured first. color=2%,mask=0.01 sets the error of
+    /// single outputs. The fast arithmetic is used if its error is much smaller, unless --arithmetic is given.
+    /// With --stats the error is checked. If the bound is missed, a warning says so, and the exit code is 1. With
+    /// --preview, it is the standard error of the light, which a screen shows from 0 to 1.
+    #[arg(long, value_name = "ERROR", value_parser = bounds, allow_hyphen_values = true, help_heading = heading::SAMPLES)]
+    pub(super) max_error: Option<Bounds>,
     /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed.
     #[arg(long, conflicts_with_all = ["adaptive", "max_error"], help_heading = heading::SAMPLES)]
     pub(super) prefilter: bool,

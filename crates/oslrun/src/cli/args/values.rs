@@ -41,11 +41,6 @@ pub(in crate::cli) fn crop(text: &str) -> Result<Crop, String> {
     }
 }
 
-pub(in crate::cli) fn fraction(text: &str) -> Result<f32, String> {
-    let wrong = || format!("a number above 0 and up to 1, not `{text}`");
-    text.parse().ok().filter(|x| *x > 0.0 && *x <= 1.0).ok_or_else(wrong)
-}
-
 /// Two numbers, for u and v.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::cli) struct Pair(pub(in crate::cli) [f32; 2]);

@@ -153,7 +153,7 @@ pub(super) fn run(args: &RunArgs, sweeps: &[Sweep], streams: &mut Streams<'_>) -
     for file in &written {
         let _ = writeln!(streams.out, "wrote {}: {count} pictures", file.display());
     }
-    Ok(())
+    if pictures.iter().any(|picture| picture.missed) { Err(Failure::missed()) } else { Ok(()) }
 }
 
 fn limit(args: &RunArgs) -> u64 {

@@ -1,0 +1,136 @@
+//! Error bounds that differ between the outputs of an image, and the ranges of which a bound may be a share.
+//!
+//! A range is measured before the image is computed, at the centres of some of its pixels. So it depends
+//! neither on threads nor on the pieces in which the image is computed. This module must not know how a bound
+//! is kept.
+
+use super::image::Shading;
+use super::oracle::some_pixels;
+use osl_exec::{Frame, Plane, RunError};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Maximum number of pixels at which ranges are measured.
+const LOOKS: usize = 4096;
+/// Share of the values that is left out at either end of a range, so that single bright points do not count.
+const LEFT_OUT: f64 = 1e-3;
+
+/// How far the values of an output reach.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reach {
+    /// Name of the output.
+    pub name: Arc<str>,
+    /// Its planes.
+    pub planes: Range<usize>,
+    /// Of the component with the largest range: the values below and above which there is one in a thousand.
+    pub ends: [f32; 2],
+    /// Number of pixels that were computed.
+    pub pixels: usize,
+}
+
+impl Reach {
+    /// The size of the range. Of a constant its largest value stands in, and 1 if that is 0, because a share of
+    /// nothing could never be kept.
+    pub fn size(&self) -> f32 {
+        let [low, high] = self.ends;
+        let sizes = [high - low, low.abs().max(high.abs())];
+        sizes.into_iter().find(|size| *size > 0.0 && size.is_finite()).unwrap_or(1.0)
+    }
+}
+
+/// Measures the ranges of the outputs of an image at some of its pixels.
+///
+/// # Errors
+/// A loop exceeds its budget.
+pub fn reaches(shading: &Shading<'_>) -> Result<Vec<Reach>, RunError> {
+    let (width, height) = shading.surface.size();
+    let pixels = some_pixels(width * height, LOOKS, 0x4a96);
+    let values = shading.centres(&pixels, &mut Frame::default())?;
+    let planes = shading.planes();
+    let reach = |own: Range<usize>| {
+        let ends = values.get(own.clone()).unwrap_or(&[]).iter().map(|plane| ends(plane));
+        let ends = ends.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).unwrap_or([0.0; 2]);
+        let name = planes.get(own.start).map_or_else(|| "".into(), |plane| plane.output.clone());
+        Reach { name, planes: own, ends, pixels: pixels.len() }
+    };
+    Ok(outputs(&planes).into_iter().map(reach).collect())
+}
+
+/// The values of a plane below and above which there is one in a thousand; 0 without finite values.
+fn ends(plane: &[f32]) -> [f32; 2] {
+    let mut values: Vec<f32> = plane.iter().copied().filter(|x| x.is_finite()).collect();
+    values.sort_unstable_by(f32::total_cmp);
+    let left_out = (LEFT_OUT * values.len() as f64) as usize;
+    let last = values.len().saturating_sub(1 + left_out);
+    [left_out, last].map(|at| values.get(at).copied().unwrap_or(0.0))
+}
+
+/// The planes of each output.
+pub fn outputs(planes: &[Plane]) -> Vec<Range<usize>> {
+    let starts: Vec<usize> =
+        planes.iter().enumerate().filter(|(_, plane)| plane.component == 0).map(|(at, _)| at).collect();
+    let end = |at: usize| starts.get(at + 1).copied().unwrap_or(planes.len());
+    starts.iter().enumerate().map(|(at, start)| *start..end(at)).collect()
+}
+
+/// Factors on the errors of the planes, so that one bound holds for all.
+#[derive(Clone, Debug)]
+pub(super) struct Weights(Arc<[f32]>);
+
+impl Weights {
+    /// The same bound for all planes.
+    pub(super) fn equal(planes: usize) -> Weights {
+        Weights(vec![1.0; planes].into())
+    }
+
+    /// The smallest of some bounds, and the factors that make it stand for all. A plane with an infinite bound
+    /// does not count.
+    pub(super) fn of(bounds: &[f32]) -> (f32, Weights) {
+        let smallest = bounds.iter().copied().fold(f32::INFINITY, f32::min);
+        let smallest = if smallest.is_finite() { smallest } else { 1.0 };
+        let weight = |bound: &f32| if bound.is_finite() { smallest / bound } else { 0.0 };
+        (smallest, Weights(bounds.iter().map(weight).collect()))
+    }
+
+    /// The factor of each plane.
+    pub(super) fn iter(&self) -> impl Iterator<Item = f32> + '_ {
+        self.0.iter().copied()
+    }
+}
+
+/// An error times the factor of its plane. An error without a bound does not count, even if it is NaN.
+pub(super) fn weighted(error: f32, weight: f32) -> f32 {
+    if weight > 0.0 { error * weight } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn single_bright_points_do_not_widen_a_range() {
+        let mut plane: Vec<f32> = (0..4096).map(|i| i as f32 / 4095.0).collect();
+        (plane[7], plane[9], plane[11]) = (1e6, f32::NAN, f32::INFINITY);
+        let [low, high] = ends(&plane);
+        assert!(low < 0.01 && (0.99..=1.0).contains(&high), "{low} {high}");
+        assert_eq!(ends(&[3.0, 1.0, 2.0]), [1.0, 3.0], "few values all count");
+        assert_eq!(ends(&[f32::NAN]), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_constant_has_a_range_too() {
+        let reach = |ends| Reach { name: "r".into(), planes: 0..1, ends, pixels: 9 };
+        assert_eq!(reach([-1.0, 3.0]).size(), 4.0);
+        assert_eq!(reach([-0.5, -0.5]).size(), 0.5);
+        assert_eq!(reach([0.0, 0.0]).size(), 1.0);
+        assert_eq!(reach([-3e38, 3e38]).size(), 3e38, "a range that is too large for a float");
+    }
+
+    #[test]
+    fn the_smallest_bound_stands_for_all() {
+        let (smallest, weights) = Weights::of(&[0.5, 0.125, f32::INFINITY]);
+        assert_eq!(smallest, 0.125);
+        assert_eq!(weights.iter().collect::<Vec<_>>(), [0.25, 1.0, 0.0]);
+        assert_eq!(weighted(f32::NAN, 0.0), 0.0);
+    }
+}
