@@ -24,6 +24,7 @@ fn made_up() -> Trade {
     let row = |variant: &str, setting: &str, ns: f64, evaluations: f64| Row {
         variant: variant.into(),
         setting: setting.into(),
+        options: format!("--{}", setting.replace(' ', "-")),
         ns_per_pixel: ns,
         spread: 0.04,
         speed_up: 50.0 / ns,
@@ -45,6 +46,7 @@ fn made_up() -> Trade {
         ],
         outputs: vec![Output {
             name: "result".into(),
+            range: 0.8,
             oracle_error: 2.1e-4,
             errors: vec![error(0.2), error(0.05), error(0.004), error(0.06)],
             front: vec![0, 1, 2],

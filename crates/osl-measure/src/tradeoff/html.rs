@@ -1,5 +1,6 @@
 //! A trade-off as one self-contained HTML page: for each output a plot, the table and pictures of the errors.
 
+use super::advice::{advice, short};
 use super::{Error, Output, Row, Trade};
 use crate::markup::escape;
 use pxfm::{f_exp10, f_log10, f_log10f};
@@ -15,7 +16,8 @@ pub fn html(trade: &Trade, encode: Encode<'_>) -> String {
         page,
         "<title>{name}: speed and accuracy</title></head><body><h1>{name}: speed and accuracy</h1>\
          <p>{}×{} pixels. Errors are against {} samples a pixel ({}), whose own standard error is subtracted. Times are \
-         medians of {} interleaved rounds. Filled dots: nothing is both quicker and closer.</p>",
+         medians of {} interleaved rounds. Filled dots: nothing else is quicker and as close, or closer and as quick; differences within \
+         the spread of the times do not count.</p>",
         trade.size.0,
         trade.size.1,
         trade.oracle_samples,
@@ -158,8 +160,9 @@ fn plot(trade: &Trade, output: &Output, page: &mut String) {
 fn table(trade: &Trade, output: &Output, page: &mut String) {
     let _ = write!(
         page,
-        "<p>The oracle's own standard error: {:.1e}.</p><table><tr><th>setting</th><th>ns/pixel</th><th>spread</th>\
-         <th>speed-up</th><th>evaluations a pixel</th><th>rms error</th><th>99.9 %</th><th>largest</th></tr>",
+        "<p>Range {}. The oracle's own standard error: {:.1e}.</p><table><tr><th>setting</th><th>ns/pixel</th><th>spread</th>\
+         <th>speed-up</th><th>evaluations a pixel</th><th>rms error</th><th>of range</th><th>99.9 %</th><th>of range</th><th>largest</th></tr>",
+        short(output.range),
         output.oracle_error
     );
     for (at, (row, error)) in trade.rows.iter().zip(&output.errors).enumerate() {
@@ -167,7 +170,7 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
         let _ = write!(
             page,
             "<tr{class}><td>{}, {}</td><td>{:.1}</td><td>±{:.0} %</td><td>{:.2}×</td><td>{:.3}</td><td>{:.1e}</td>\
-             <td>{:.1e}</td><td>{:.1e}</td></tr>",
+             <td>{:.2} %</td><td>{:.1e}</td><td>{:.2} %</td><td>{:.1e}</td></tr>",
             escape(&row.variant),
             escape(&row.setting),
             row.ns_per_pixel,
@@ -175,11 +178,17 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
             row.speed_up,
             row.evaluations,
             error.rms,
+            100.0 * error.rms / output.range,
             error.nearly_all,
+            100.0 * error.nearly_all / output.range,
             error.largest
         );
     }
-    page.push_str("</table>");
+    page.push_str("</table><p>What to take for an error at 999 of 1000 pixels:</p><ul>");
+    for line in advice(trade, output).lines() {
+        let _ = write!(page, "<li>{}</li>", escape(line));
+    }
+    page.push_str("</ul>");
 }
 
 /// Errors as colors from black over red and yellow to white, by decades: white is 1 or more, black 0.0001 or

@@ -2,9 +2,10 @@
 //! oracle.
 //!
 //! The settings run in turns, round after round, so that a temporary slowdown of the machine affects all of
-//! them; the median time of a setting counts. Errors cover every pixel of the image, with the oracle's
+//! them; the median time of a setting counts. A report ends in the setting to take for an error. Errors cover every pixel of the image, with the oracle's
 //! standard error subtracted.
 
+mod advice;
 mod front;
 mod html;
 mod report;
@@ -13,10 +14,10 @@ pub use html::{Encode, html};
 pub use report::{csv, text};
 
 use crate::sample::{
-    Adaptive, Check, Image, MAX_SAMPLES, MaxError, Oracle, Pattern, Rate, Shading, adaptive, at_rate, check,
-    max_error, oracle, outputs,
+    Adaptive, Check, Image, MAX_SAMPLES, Oracle, Pattern, Rate, Reach, Shading, adaptive, at_rate, check,
+    max_error_each, oracle, reaches,
 };
-use front::front;
+use front::Measured;
 use osl_exec::{Frame, Plane, RunError};
 use serde::Serialize;
 use std::fmt;
@@ -31,7 +32,7 @@ pub enum Setting {
     Samples(u32),
     /// Until the standard error is below this.
     Adaptive(f32),
-    /// As few as this error bound permits.
+    /// As few as an error of so many percent of each output's range permits.
     MaxError(f32),
 }
 
@@ -42,7 +43,7 @@ impl fmt::Display for Setting {
             Setting::Samples(1) => write!(f, "1 sample"),
             Setting::Samples(n) => write!(f, "{n} samples"),
             Setting::Adaptive(threshold) => write!(f, "adaptive {threshold}"),
-            Setting::MaxError(error) => write!(f, "max error {error}"),
+            Setting::MaxError(percent) => write!(f, "max error {percent}%"),
         }
     }
 }
@@ -57,7 +58,7 @@ impl Setting {
             [[4, 4], [2, 2], [2, 1]].into_iter().map(|rate| Setting::Rate(Rate(rate))).collect();
         ladder.extend([1, 4, 16, 64, 256].map(Setting::Samples));
         ladder.extend([0.1, 0.03, 0.01].map(Setting::Adaptive));
-        ladder.extend([0.1, 0.03, 0.01].map(Setting::MaxError));
+        ladder.extend(advice::WANTED.map(Setting::MaxError));
         ladder
     }
 
@@ -71,7 +72,14 @@ impl Setting {
             Setting::Rate(rate) => at_rate(shading, rows, rate),
             Setting::Samples(samples) => shading.rows(rows, samples),
             Setting::Adaptive(threshold) => adaptive(shading, rows, Adaptive { threshold, most: MOST }),
-            Setting::MaxError(error) => max_error(shading, rows, MaxError { error, most: MOST }),
+            Setting::MaxError(percent) => {
+                let mut bounds = vec![f32::INFINITY; shading.planes().len()];
+                for reach in reaches(shading)? {
+                    let bound = (percent / 100.0 * reach.size()).max(f32::MIN_POSITIVE);
+                    bounds.get_mut(reach.planes).unwrap_or_default().fill(bound);
+                }
+                max_error_each(shading, rows, (&bounds, MOST))
+            }
         }
     }
 
@@ -80,7 +88,8 @@ impl Setting {
         match self {
             Setting::Rate(Rate([x, y])) => 1.0 / f64::from(x * y),
             Setting::Samples(n) => f64::from(n),
-            Setting::Adaptive(error) | Setting::MaxError(error) => f64::from(2.0 / error).min(64.0),
+            Setting::Adaptive(error) => f64::from(2.0 / error).min(64.0),
+            Setting::MaxError(percent) => f64::from(200.0 / percent).min(64.0),
         }
     }
 }
@@ -133,6 +142,8 @@ pub struct Row {
     pub variant: String,
     /// The setting.
     pub setting: String,
+    /// The options of a command line for it.
+    pub options: String,
     /// Median time of a pixel.
     pub ns_per_pixel: f64,
     /// Half the range of the times, as a share of the median.
@@ -148,11 +159,15 @@ pub struct Row {
 pub struct Output {
     /// Its name.
     pub name: String,
+    /// The size of its range, of which an error may be a share.
+    pub range: f64,
     /// Root mean square of the oracle's standard error.
     pub oracle_error: f64,
     /// Errors, one for each row of the trade, with the oracle's own error subtracted.
     pub errors: Vec<Error>,
-    /// Rows that no other row beats in both time and root mean square error, the fastest first.
+    /// Rows that no other row beats in time or root mean square error without being worse in the other, the
+    /// fastest first. Differences within the spread of the times, and errors that differ by less than 2 %, do
+    /// not count.
     pub front: Vec<usize>,
     /// Pictures of the errors, one for each row of the front.
     #[serde(skip)]
@@ -206,6 +221,10 @@ pub fn tradeoff(request: &Request<'_>) -> Result<Trade, RunError> {
 
     let mut tried = Vec::new();
     for variant in &request.variants {
+        Setting::Samples(1).image(&variant.shading)?;
+        let started = Instant::now();
+        Setting::Samples(1).image(&variant.shading)?;
+        let once = started.elapsed().as_secs_f64().max(1e-6);
         for setting in &variant.settings {
             let too_fine = matches!(setting, Setting::Samples(n) if 2 * n > samples);
             if !too_fine && setting.cost() * once <= SHARES.1 * budget / 4.0 {
@@ -215,9 +234,8 @@ pub fn tradeoff(request: &Request<'_>) -> Result<Trade, RunError> {
     }
     let repeats = time(&mut tried, budget * (1.0 - SHARES.0))?;
     let rows = rows(&tried, size);
-    let planes = best.planes();
-    let outputs =
-        outputs(&planes).into_iter().map(|range| judge(&planes, range, &truth, &tried, (size.0, &rows)));
+    let reaches = reaches(request.variants.first().map_or(best, |variant| &variant.shading))?;
+    let outputs = reaches.iter().map(|reach| judge(reach, &truth, &tried, (size.0, &rows)));
     Ok(Trade {
         name: request.name.clone(),
         size,
@@ -276,6 +294,7 @@ fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
         Row {
             variant: one.variant.name.clone(),
             setting: one.setting.to_string(),
+            options: advice::options(&one.variant.name, one.setting),
             ns_per_pixel: 1e9 * middle / pixels,
             spread: 0.5 * (high - low) / middle,
             speed_up: plain / middle,
@@ -285,13 +304,8 @@ fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
     tried.iter().map(row).collect()
 }
 
-fn judge(
-    planes: &[Plane],
-    range: std::ops::Range<usize>,
-    truth: &Oracle,
-    tried: &[Tried<'_, '_>],
-    (width, rows): (usize, &[Row]),
-) -> Output {
+fn judge(reach: &Reach, truth: &Oracle, tried: &[Tried<'_, '_>], (width, rows): (usize, &[Row])) -> Output {
+    let range = reach.planes.clone();
     let pick = |list: &[Vec<f32>]| list.get(range.clone()).unwrap_or(&[]).to_vec();
     let own = Oracle {
         pixels: truth.pixels.clone(),
@@ -310,11 +324,13 @@ fn judge(
         .iter()
         .map(|c| Error { rms: c.rmse, nearly_all: c.nearly_all.max(0.0), largest: c.largest.max(0.0) })
         .collect();
-    let front = front(rows, &errors);
+    let oracle = checks.first().map_or(0.0, |c| c.oracle);
+    let front = Measured { rows, errors: &errors, oracle }.front();
     let picture = |row: &usize| tried.get(*row).map(|one| picture(&values(one), &own.values, width));
     Output {
-        name: planes.get(range.start).map(|p| p.output.to_string()).unwrap_or_default(),
-        oracle_error: checks.first().map_or(0.0, |c| c.oracle),
+        name: reach.name.to_string(),
+        range: f64::from(reach.size()),
+        oracle_error: oracle,
         pictures: front.iter().filter_map(picture).collect(),
         errors,
         front,
