@@ -13,7 +13,7 @@ use osl_exec::{Frame, PointSource, Program, RunOptions, Services};
 use osl_ir::passes;
 use osl_measure::sample::{
     Adaptive, Filter, FilterKind, Image, MaxError, Pattern, Rate, Shading, adaptive, at_rate, max_error,
-    max_error_each, reaches,
+    max_error_each, reaches, within,
 };
 use osl_numeric::Arithmetic;
 use osl_scene::Grid;
@@ -310,6 +310,35 @@ fn a_bound_that_is_missed_is_seen_without_an_oracle() {
         let enough = max_error(s, 0..96, MaxError { most: 4096, ..wanted }).unwrap();
         assert_eq!(enough.tally.above, 0.0);
     });
+}
+
+/// A clock that shows as many seconds more at each look.
+fn ticking(each: f64) -> impl Fn() -> f64 + Sync {
+    let looks = std::sync::atomic::AtomicU32::new(0);
+    move || each * f64::from(looks.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
+}
+
+#[test]
+fn the_clock_decides_the_number_of_samples_and_nothing_else() {
+    let grid = Grid::new(40, 24);
+    for kind in FilterKind::ALL {
+        shading(EDGE, &grid, Filter::new(kind, kind.usual_width()), |s| {
+            let mut seen = Vec::new();
+            for each in [7.0, 0.9, 0.4, 0.3, 0.25, 0.2, 0.15] {
+                let timed = within(s, 1.0, &ticking(each), &|_| ()).unwrap();
+                let pattern = s.pattern.clone().with(timed.samples);
+                let plain = Shading { pattern, ..s.clone() }.rows(0..24, timed.samples).unwrap();
+                let words =
+                    |image: &Image| image.frame.planes.iter().map(|p| p.words.clone()).collect::<Vec<_>>();
+                assert_eq!(words(&timed.image), words(&plain), "{kind:?}, {} samples", timed.samples);
+                assert_eq!(timed.image.tally.by_samples, [(timed.samples, 40 * 24)]);
+                assert_eq!(timed.fits, each < 1.0 / 2.0 || timed.samples > 1, "{each}");
+                seen.push(timed.samples);
+            }
+            assert!(seen[0] == 1 && seen.is_sorted() && seen[6] > 5, "{seen:?}");
+            assert!(seen.iter().any(|n| !n.is_power_of_two()), "{seen:?}");
+        });
+    }
 }
 
 #[test]

@@ -157,6 +157,35 @@ fn an_error_bound_that_is_missed_is_a_warning_and_an_exit_code() {
 }
 
 #[test]
+fn a_time_gives_the_picture_of_the_samples_that_it_names() {
+    let folder = folder();
+    for (time, more) in [("1ms", &[][..]), ("600ms", &["--filter", "mitchell"])] {
+        for name in ["a.exr", "a.c.png"] {
+            let path = if name == "a.exr" { "@/a.exr" } else { "@/a.png" };
+            let run = |plan: &[&str]| {
+                let (out, _) = ok(&folder, &[&["@/s.osl", "-g", "40x30", "-o", path], plan, more].concat());
+                (bytes(&folder, name), out)
+            };
+            let (timed, out) = run(&["--within", time]);
+            let named = out.split_once("--samples ").unwrap().1.split_once(' ').unwrap().0;
+            assert!(run(&["--samples", named]).0 == timed, "{out}");
+            assert!(out.contains("error at ") && out.contains(" rms "), "{out}");
+        }
+    }
+    // So many noises take longer than that.
+    let text = "shader s(output float r = 0) { for (int i = 0; i < 400; ++i) r += noise(i * P); }";
+    std::fs::write(folder.path().join("slow.osl"), text).unwrap();
+    let (json, err) = ok(&folder, &["@/slow.osl", "-g", "128x128", "--within", "1ms", "--json"]);
+    assert!(err.contains("warning: 1ms of --within are too short for one sample"), "{err}");
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(
+        (&value["within"]["samples"], &value["within"]["fits"]),
+        (&1.into(), &false.into()),
+        "{value}"
+    );
+}
+
+#[test]
 fn values_that_are_no_numbers_are_counted() {
     let folder = folder();
     for way in [["--samples", "4"], ["--max-error", "0.1"], ["--adaptive", "0.1"]] {
@@ -168,7 +197,7 @@ fn values_that_are_no_numbers_are_counted() {
 #[test]
 fn nonsense_is_refused_in_words() {
     let folder = folder();
-    let cases: [(&[&str], &str); 18] = [
+    let cases: [(&[&str], &str); 26] = [
         (&["--samples", "0"], "1..=65536"),
         (&["--samples", "99999999"], "1..=65536"),
         (&["--samples", "-3"], "-3"),
@@ -178,6 +207,14 @@ fn nonsense_is_refused_in_words() {
         (&["--shading-rate", "2x2", "--samples", "4"], "cannot be used with"),
         (&["--max-error", "0"], "above 0"),
         (&["--max-error", "nan"], "above 0"),
+        (&["--within", "0"], "a time from 1ms"),
+        (&["--within", "-5s"], "-5s"),
+        (&["--within", "soon"], "such as 5s, 0.5s or 500ms, not `soon`"),
+        (&["--within", "1s", "--samples", "4"], "cannot be used with"),
+        (&["--within", "1s", "--max-error", "2%"], "cannot be used with"),
+        (&["--within", "1s", "--adaptive", "0.1"], "cannot be used with"),
+        (&["--within", "1s", "--preview", "-o", "@/a.png"], "cannot be used with"),
+        (&["--within", "1s", "--on", "sphere"], "not for --on"),
         (&["--max-error", "-2%"], "a share of the range is above 0 %"),
         (&["--max-error", "abc%"], "a share of the range is above 0 %"),
         (&["--max-error", "200%"], "up to 100 %"),
@@ -208,6 +245,12 @@ fn a_trade_off_comes_as_text_values_and_a_page() {
     let (table, _) = ok(&folder, &with(&shader, &["6"]));
     for row in ["strict, 1 sample", "fast, 1 sample", "f64, 1 sample", "prefilter, 1 sample"] {
         assert!(table.contains(row), "{row}: {table}");
+    }
+    let (_, end) = table.split_once("What to take for an error at 999 of 1000 pixels").unwrap();
+    for start in
+        ["For 5 % of the range of r (0.05): ", "For 1 % of the range of c (0.01): ", "`--arithmetic fast` "]
+    {
+        assert!(end.lines().any(|line| line.starts_with(start)), "{start}: {table}");
     }
     let (json, _) = ok(&folder, &with(&common, &["--json"]));
     let value: serde_json::Value = serde_json::from_str(&json).unwrap();

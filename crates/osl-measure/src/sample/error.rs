@@ -44,19 +44,27 @@ impl Block {
 /// Sums up the samples of a pixel.
 pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
     let (mut sum, mut weight) = (0.0, words.len() as f64);
-    if signs.is_empty() {
-        words.iter().for_each(|word| sum += f64::from(value(*word, kind)));
-    } else {
+    add(&mut sum, words, kind, signs);
+    if !signs.is_empty() {
         weight = 0.0;
-        for (word, sign) in words.iter().zip(signs) {
-            sum += f64::from(value(*word, kind) * sign);
-            weight += f64::from(*sign);
-        }
-        // The weights of a few samples may nearly cancel. The clamp keeps the result imprecise but not
-        // absurd.
-        weight = if weight.abs() < 0.25 { 0.25_f64.copysign(weight) } else { weight };
+        signs.iter().take(words.len()).for_each(|sign| weight += f64::from(*sign));
+        weight = steady(weight);
     }
     Block { weight, sum, variance: 0.0, count: words.len() as u32 }
+}
+
+/// Adds the samples of a pixel, times their weights, to a sum.
+pub(super) fn add(sum: &mut f64, words: &[u32], kind: Kind, signs: &[f32]) {
+    if signs.is_empty() {
+        words.iter().for_each(|word| *sum += f64::from(value(*word, kind)));
+    } else {
+        words.iter().zip(signs).for_each(|(word, sign)| *sum += f64::from(value(*word, kind) * sign));
+    }
+}
+
+/// The sum of the weights of a few samples may be nearly 0. This keeps the result imprecise but not absurd.
+pub(super) fn steady(weight: f64) -> f64 {
+    if weight.abs() < 0.25 { 0.25_f64.copysign(weight) } else { weight }
 }
 
 fn value(word: u32, kind: Kind) -> f32 {

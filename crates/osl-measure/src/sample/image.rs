@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Points held in memory at a time, unless one pixel has more.
-const TOGETHER: usize = 1 << 19;
+pub(super) const TOGETHER: usize = 1 << 19;
 
 /// A program with everything needed to run it at any position of an image.
 #[derive(Clone)]
@@ -228,7 +228,7 @@ impl<'a> Shading<'a> {
     }
 
     /// The weights of samples, pixel by pixel; empty if all are 1.
-    fn signs(&self, pixels: &[u32], samples: Range<u32>) -> Vec<f32> {
+    pub(super) fn signs(&self, pixels: &[u32], samples: Range<u32>) -> Vec<f32> {
         if self.filter.kind() != super::FilterKind::Mitchell {
             return Vec::new();
         }
@@ -239,7 +239,7 @@ impl<'a> Shading<'a> {
         own.map(|[x, y]| self.filter.place(*x).1 * self.filter.place(*y).1).collect()
     }
 
-    fn run(&self, points: &dyn PointSource, range: Range<usize>) -> Result<Frame, RunError> {
+    pub(super) fn run(&self, points: &dyn PointSource, range: Range<usize>) -> Result<Frame, RunError> {
         Run::new(self.program, self.services, points, self.options).points(range, &|_| ())
     }
 

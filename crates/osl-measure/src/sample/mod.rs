@@ -1,5 +1,5 @@
 //! Images from samples: where the samples of a pixel lie and what they weigh; the same number for each pixel,
-//! one for several pixels, or as many as an error bound requires.
+//! one for several pixels, as many as an error bound requires, or as many as fit into a time.
 //!
 //! A pixel shows the filtered image of the shader over its area. The shader's derivatives are those of the
 //! pixel's footprint, regardless of the number of samples. The reference follows the same convention: its
@@ -20,6 +20,7 @@ mod pattern;
 mod points;
 mod rate;
 mod surface;
+mod within;
 
 pub use adapt::{Adaptive, adaptive};
 pub use bounds::{Reach, outputs, reaches};
@@ -31,3 +32,4 @@ pub use pattern::{MAX_SAMPLES, Pattern};
 pub use points::SamplePoints;
 pub use rate::{Rate, at_rate};
 pub use surface::{Place, Surface};
+pub use within::{Timed, within};

@@ -9,7 +9,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
 /// The options that only matter for a picture that is written.
-const PICTURE: [&str; 17] = [
+const PICTURE: [&str; 18] = [
     "output",
     "crop",
     "tap",
@@ -25,6 +25,7 @@ const PICTURE: [&str; 17] = [
     "shading_rate",
     "adaptive",
     "max_error",
+    "within",
     "prefilter",
     "arithmetic",
 ];
@@ -93,7 +94,8 @@ fn instead(command: &str, option: &str) -> &'static str {
 }
 
 /// The options that have no effect in a comparison, which uses the values of a run and writes its own picture.
-const COMPARED: [&str; 10] = [
+const COMPARED: [&str; 11] = [
+    "within",
     "format",
     "half",
     "compression",
@@ -107,7 +109,8 @@ const COMPARED: [&str; 10] = [
 ];
 
 /// The options that have no effect on a live page, which writes no files and shows one output of all points.
-const LIVE: [&str; 12] = [
+const LIVE: [&str; 13] = [
+    "within",
     "output",
     "crop",
     "tap",

@@ -65,6 +65,7 @@ mod sweep;
 mod tradeoff;
 mod version;
 mod watch;
+mod within;
 
 use clap::FromArgMatches;
 use commands::{Cli, Command};

@@ -44,7 +44,7 @@ use std::time::Instant;
 pub(super) struct PreviewArgs {
     /// Show the shader on a sphere with light, or on the surface of --on. A shader that writes Ci is shown as
     /// it is; of others, outputs give the base color, bumps, the normal, the roughness and the displacement.
-    #[arg(long, group = "seen", requires = "output", conflicts_with_all = ["center", "closures", "profile", "outputs", "filter", "shading_rate", "adaptive", "prefilter", "range", "signed", "userdata", "attributes", "crop", "time", "global", "frames", "histogram"], help_heading = heading::PREVIEW)]
+    #[arg(long, group = "seen", requires = "output", conflicts_with_all = ["center", "closures", "profile", "outputs", "filter", "shading_rate", "adaptive", "within", "prefilter", "range", "signed", "userdata", "attributes", "crop", "time", "global", "frames", "histogram"], help_heading = heading::PREVIEW)]
     pub(super) preview: bool,
     /// Output for the base color (default: the first color).
     #[arg(long, value_name = "OUTPUT", requires = "preview", help_heading = heading::PREVIEW)]

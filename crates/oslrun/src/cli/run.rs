@@ -10,6 +10,7 @@ use super::session::{grid_spaces, on_threads, options, points, progress, service
 use super::shading::{self, Report};
 use super::summary::{About, Stats, summary};
 use super::watch::Reads;
+use super::within::InTime;
 use super::{Failure, closures, console, data, histogram, on, output, profile, session, sweep};
 use osl::stages;
 use osl_exec::{Frame, Plane, PointSource, Program, Run, RunOptions, Services};
@@ -260,7 +261,7 @@ fn shaded(
         let services = Services { textures, ..session::services(&args, folder, grid_spaces(&args)) };
         let points = WithData { data: points.data.clone(), points: session::points(&args) };
         // If it fails, the whole grid says why.
-        if let Ok(shaded) = shade(programs, &services, &points, (plan, closures), &args, &sources) {
+        if let Ok(shaded) = shade(programs, &services, &points, (plan, closures, started), &args, &sources) {
             let mut frame = shaded.frame;
             if closures {
                 closures::layers(&mut frame);
@@ -268,7 +269,7 @@ fn shaded(
             show(Kept { frame, times: [compile_time, shaded.run], ..Kept::default() });
         }
     }
-    let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
+    let shaded = shade(programs, &services, &points, (plan, closures, started), args, &sources)?;
     let Shaded { mut frame, run, write, file, tallied, said } = shaded;
     if let Some(reads) = reads {
         reads.textures(&services.textures, []);
@@ -325,6 +326,7 @@ fn shaded(
         about.stats = args.stats.then_some(stats);
         about.histograms = histograms;
         about.max_error = said.as_ref().and_then(|said| said.max_error.clone());
+        about.within = said.as_ref().and_then(|said| said.within);
         if args.profile.is_some() {
             about.profile = Some(profile::tables(&frame.profile, &sources));
         }
@@ -384,7 +386,7 @@ fn cropped(args: &RunArgs, plan: Plan) -> Result<(), Failure> {
         return Err(Failure::usage("--crop is for the grid, not for --on"));
     }
     match plan {
-        Plan::Plain | Plan::Samples(..) => Ok(()),
+        Plan::Plain | Plan::Samples(..) | Plan::Within(..) => Ok(()),
         Plan::Rate(_) | Plan::Adaptive(..) | Plan::MaxError(..) => Err(Failure::usage(
             "--crop goes with --samples and --filter only: --shading-rate, --adaptive and --max-error compute a pixel \
              from others, so that a part would have other values than the whole picture",
@@ -416,7 +418,7 @@ fn shade(
     programs: Programs<'_>,
     services: &Services,
     points: &WithData<Crop>,
-    (plan, closures): (Plan, bool),
+    (plan, closures, began): (Plan, bool, Instant),
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
@@ -440,6 +442,13 @@ fn shade(
             let mut plain = output::Points { run: &run, width: args.size().0, progress: &tick };
             return computed(&mut plain, closures, args);
         };
+        if let Plan::Within(time, ..) = plan {
+            let clock = || began.elapsed().as_secs_f64();
+            let share = |share: f64| tick((share.clamp(0.0, 1.0) * points.count() as f64) as usize);
+            let mut image = InTime::new(shading, time, &clock, &share);
+            let shaded = computed(&mut image, closures, args)?;
+            return Ok(Shaded { said: Some(image.said()), ..shaded });
+        }
         let mut sampled = Sampled::new(shading, (plan, &target), args.stats, &tick);
         let shaded = computed(&mut sampled, closures, args)?;
         let said = sampled.said().map_err(Broken::Run)?;

@@ -1,10 +1,11 @@
-//! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`: images with a number of samples
+//! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`, `--within`: images with a number of samples
 //! per pixel other than one.
 
 use super::Failure;
 use super::args::SampleArgs;
 use super::bounds::{Resolved, short};
 use super::output::Rows;
+use super::within::Reached;
 use osl_exec::{Frame, Plane, Program, RunError, RunOptions, Services};
 use osl_measure::sample::{
     Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, PROMISED, Pattern, Rate, Reach,
@@ -13,6 +14,7 @@ use osl_measure::sample::{
 use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Range;
+use std::time::Duration;
 
 /// The sampling plan of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +29,8 @@ pub(super) enum Plan {
     Adaptive(Adaptive, FilterKind, f32),
     /// As few samples as the error bounds permit, and at most so many per pixel.
     MaxError(u32, FilterKind, f32),
+    /// As many samples as fit into a time.
+    Within(Duration, FilterKind, f32),
 }
 
 /// The default maximum number of samples per pixel, and the default with an error to keep: noise with values
@@ -43,6 +47,9 @@ impl SampleArgs {
     pub(super) fn plan(&self) -> Result<Plan, Failure> {
         let (kind, width) = self.filter.unwrap_or((FilterKind::Box, 1.0));
         let most = self.samples.unwrap_or(MOST);
+        if let Some(time) = self.within {
+            return Ok(Plan::Within(time, kind, width));
+        }
         Ok(match (self.shading_rate, self.adaptive, &self.max_error) {
             (Some(Rate([1, 1])), ..) => Plan::Plain,
             (Some(rate), ..) => Plan::Rate(rate),
@@ -57,12 +64,13 @@ impl SampleArgs {
 impl SampleArgs {
     /// Whether any of these options is given.
     pub(super) fn is_given(&self) -> bool {
-        let SampleArgs { samples, filter, shading_rate, adaptive, max_error, prefilter } = self;
+        let SampleArgs { samples, filter, shading_rate, adaptive, max_error, within, prefilter } = self;
         samples.is_some()
             || filter.is_some()
             || shading_rate.is_some()
             || adaptive.is_some()
             || max_error.is_some()
+            || within.is_some()
             || *prefilter
     }
 
@@ -79,7 +87,8 @@ impl Plan {
             Plan::Plain | Plan::Rate(_) => Filter::default(),
             Plan::Samples(_, kind, width)
             | Plan::Adaptive(_, kind, width)
-            | Plan::MaxError(_, kind, width) => Filter::new(kind, width),
+            | Plan::MaxError(_, kind, width)
+            | Plan::Within(_, kind, width) => Filter::new(kind, width),
         }
     }
 
@@ -208,6 +217,7 @@ pub(super) struct Sampled<'a, 'b> {
 }
 
 /// The report on an image with samples.
+#[derive(Default)]
 pub(super) struct Said {
     pub(super) tally: Tally,
     /// What the image took, and its error.
@@ -216,6 +226,8 @@ pub(super) struct Said {
     pub(super) notes: String,
     /// The bounds, if there are any, and whether the image keeps them.
     pub(super) max_error: Option<Kept>,
+    /// What a time was enough for.
+    pub(super) within: Option<Reached>,
     /// Why they are not kept.
     pub(super) missed: Option<String>,
 }
@@ -243,7 +255,8 @@ impl<'a, 'b> Sampled<'a, 'b> {
 
     fn piece(&self, rows: Range<usize>) -> Result<Image, RunError> {
         match self.plan {
-            Plan::Plain => self.shading.rows(rows, 1),
+            // `within` computes an image for a time, all at once.
+            Plan::Plain | Plan::Within(..) => self.shading.rows(rows, 1),
             Plan::Samples(samples, ..) => self.shading.rows(rows, samples),
             Plan::Rate(rate) => at_rate(self.shading, rows, rate),
             Plan::Adaptive(wanted, ..) => adaptive(self.shading, rows, wanted),
@@ -261,14 +274,15 @@ impl<'a, 'b> Sampled<'a, 'b> {
             let few = if self.target.each.is_empty() { many } else { ORACLE };
             let limits: Vec<f64> = self.target.planes.iter().copied().map(f64::from).collect();
             let check = watch.check(self.shading, &limits, [few, many])?;
-            text += &checked(&check, [few, many], (self.tally.pixels, self.target));
+            text += &checked(&check, [few, many], (self.tally.pixels, Some(self.target)));
             compared = Some(check);
         }
         let most = if let Plan::MaxError(most, ..) = self.plan { most } else { MAX_SAMPLES };
         let missed = self.target.missed(&self.tally, compared.as_ref(), most);
         let bounds = self.target.each.clone();
         let max_error = (!bounds.is_empty()).then(|| Kept { bounds, kept: missed.is_none() });
-        Ok(Said { tally: self.tally, text, notes: self.target.words.clone(), max_error, missed })
+        let notes = self.target.words.clone();
+        Ok(Said { tally: self.tally, text, notes, max_error, missed, within: None })
     }
 }
 
@@ -300,7 +314,7 @@ impl Rows for Sampled<'_, '_> {
 }
 
 /// The number of evaluations, and the pixels that received them.
-fn spent(tally: &Tally) -> String {
+pub(super) fn spent(tally: &Tally) -> String {
     let mut text = format!("{:.3} evaluations a pixel", tally.per_pixel());
     let share = |pixels: u64| 100.0 * pixels as f64 / tally.pixels.max(1) as f64;
     for (at, (samples, pixels)) in tally.by_samples.iter().enumerate() {
@@ -332,15 +346,26 @@ fn spent(tally: &Tally) -> String {
     text
 }
 
-fn checked(check: &Check, [few, many]: [u32; 2], (pixels, target): (u64, &Target)) -> String {
+/// The error of an image of so many pixels.
+pub(super) fn checked(
+    check: &Check,
+    [few, many]: [u32; 2],
+    (pixels, target): (u64, Option<&Target>),
+) -> String {
     let some = if check.pixels < pixels { "" } else { "all " };
     let again = if check.again > 0 { format!(" ({many} at {} of them)", check.again) } else { String::new() };
+    // Fewer pixels do not show one in a thousand.
+    let nearly_all = match check.pixels >= 1000 || check.pixels >= pixels {
+        true => format!("99.9 % below {:.3e}, ", check.nearly_all),
+        false => String::new(),
+    };
     let mut text = format!(
-        "error at {some}{} pixels, against {few} samples each{again}: rms {:.3e}, 99.9 % below {:.3e}, largest {:.3e} \
+        "error at {some}{} pixels, against {few} samples each{again}: rms {:.3e}, {nearly_all}largest {:.3e} \
          (oracle's own standard error {:.1e}, subtracted)\n",
-        check.pixels, check.rmse, check.nearly_all, check.largest, check.oracle
+        check.pixels, check.rmse, check.largest, check.oracle
     );
-    if !target.each.is_empty() && check.pixels > 0 {
+    let target = target.filter(|target| !target.each.is_empty() && check.pixels > 0);
+    if let Some(target) = target {
         let within = |above: f64| 100.0 * (1.0 - above);
         let share = within(check.above as f64 / check.pixels as f64);
         let _ = write!(text, "{share:.2} % of them are within {}", target.named());
@@ -368,14 +393,14 @@ mod tests {
     fn a_comparison_says_what_it_tells_of_all_pixels() {
         let target = target(&[("r", 0.1), ("c", 0.2)]);
         let check = Check { pixels: 4096, above: 0, again: 7, ..Check::default() };
-        let text = checked(&check, [1024, 4096], (1 << 18, &target));
+        let text = checked(&check, [1024, 4096], (1 << 18, Some(&target)));
         assert!(
             text.starts_with("error at 4096 pixels, against 1024 samples each (4096 at 7 of them): rms"),
             "{text}"
         );
         let end = "100.00 % of them are within 0.1 of r, 0.2 of c; of all pixels at least 99.93 %, with 95 % confidence\n";
         assert!(text.ends_with(end), "{text}");
-        let text = checked(&check, [1024, 4096], (4096, &target));
+        let text = checked(&check, [1024, 4096], (4096, Some(&target)));
         assert!(text.starts_with("error at all 4096 pixels") && !text.contains("confidence"), "{text}");
     }
 

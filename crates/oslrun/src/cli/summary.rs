@@ -4,8 +4,8 @@
 use super::args::RunArgs;
 use super::histogram::Histogram;
 use super::profile;
-use super::sampling;
 use super::shading::Tally;
+use super::{sampling, within};
 use osl::stages::Compiled;
 use osl_exec::{Frame, Isa, Plane};
 use osl_ir::ir::Kind;
@@ -32,6 +32,9 @@ pub(super) struct About {
     /// The bounds of `--max-error`, and whether the picture keeps them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) max_error: Option<sampling::Kept>,
+    /// What the time of `--within` was enough for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) within: Option<within::Reached>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) histograms: Option<Vec<Histogram>>,
     #[serde(skip_serializing_if = "Option::is_none")]

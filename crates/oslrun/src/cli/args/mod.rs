@@ -19,9 +19,10 @@ use osl_measure::sample::{FilterKind, MAX_SAMPLES, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
 use std::path::PathBuf;
+use std::time::Duration;
 use values::{
-    Crop, Gained, Pair, arithmetic, assignment, compression, crop, error, filter, gained, grid, image_file,
-    isa, matrix, pair, pass, position, rate,
+    Crop, Gained, Pair, arithmetic, assignment, compression, crop, duration, error, filter, gained, grid,
+    image_file, isa, matrix, pair, pass, position, rate,
 };
 
 /// The headings under which `--help` lists the options.
@@ -305,7 +306,7 @@ pub(super) struct SampleArgs {
     #[arg(long, value_name = "NAME[,WIDTH]", value_parser = filter, help_heading = heading::SAMPLES)]
     pub(super) filter: Option<(FilterKind, f32)>,
     /// Compute one pixel of 2x1, 2x2 or 4x4, and interpolate the others.
-    #[arg(long, value_name = "WxH", value_parser = rate, conflicts_with_all = ["samples", "filter", "adaptive", "max_error"], help_heading = heading::SAMPLES)]
+    #[arg(long, value_name = "WxH", value_parser = rate, conflicts_with_all = ["samples", "filter", "adaptive", "max_error", "within"], help_heading = heading::SAMPLES)]
     pub(super) shading_rate: Option<Rate>,
     /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
     #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error", help_heading = heading::SAMPLES)]
@@ -318,6 +319,11 @@ pub(super) struct SampleArgs {
     /// --preview, it is the standard error of the light, which a screen shows from 0 to 1.
     #[arg(long, value_name = "ERROR", value_parser = bounds, allow_hyphen_values = true, help_heading = heading::SAMPLES)]
     pub(super) max_error: Option<Bounds>,
+    /// Take as many samples in each pixel as fit into this time: 5s, 0.5s, 500ms. It is the time from the start of
+    /// the command until the picture is computed. The error is measured, and the number of samples N is said:
+    /// --samples N makes the same picture.
+    #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["samples", "adaptive", "max_error", "prefilter"], help_heading = heading::SAMPLES)]
+    pub(super) within: Option<Duration>,
     /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed.
     #[arg(long, conflicts_with_all = ["adaptive", "max_error"], help_heading = heading::SAMPLES)]
     pub(super) prefilter: bool,

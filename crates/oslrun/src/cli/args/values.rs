@@ -9,6 +9,7 @@ use osl_scene::glam::Vec3;
 use osl_scene::render::Curve;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 pub(in crate::cli) fn grid(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
@@ -137,6 +138,20 @@ pub(in crate::cli) fn rate(text: &str) -> Result<Rate, String> {
 pub(in crate::cli) fn error(text: &str) -> Result<f32, String> {
     let number = text.parse().ok().filter(|e: &f32| *e > 0.0 && e.is_finite());
     number.ok_or_else(|| format!("an error is a number above 0, not `{text}`"))
+}
+
+/// A time: `5s`, `500ms`, or a number of seconds.
+pub(in crate::cli) fn duration(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
+        (Some(number), _) => (number, 1e-3),
+        (None, Some(number)) => (number, 1.0),
+        (None, None) => (text, 1.0),
+    };
+    let seconds = number.trim().parse().ok().map(|number: f64| number * unit);
+    let seconds = seconds.filter(|seconds| (0.001..=1e6).contains(seconds));
+    let seconds = seconds
+        .ok_or_else(|| format!("a time from 1ms to 1000000s, such as 5s, 0.5s or 500ms, not `{text}`"))?;
+    Ok(Duration::from_secs_f64(seconds))
 }
 
 /// The name of the standard output as an output file.

@@ -1,0 +1,136 @@
+//! `--within TIME`: an image with as many samples as fit into a time, and its measured error.
+//!
+//! This module must not know how samples are taken, or where the image goes.
+
+use super::output::Rows;
+use super::sampling::{Said, checked, spent};
+use osl_exec::{Frame, Plane, RunError};
+use osl_measure::sample::{Shading, Tally, Watch, within};
+use serde::Serialize;
+use std::ops::Range;
+use std::time::Duration;
+
+/// Share of the time for the samples. The rest is for measuring the error.
+const SAMPLING: f64 = 0.9;
+/// The number of compared pixels: the minimum, whatever they take, and the maximum.
+const CHECKED: (usize, usize) = (16, 4096);
+/// Samples of the oracle per pixel: twice those of the image, within these numbers.
+const ORACLE: (u32, u32) = (64, 16384);
+
+/// An image that is computed within a time, as a whole before its first piece is handed out.
+pub(super) struct InTime<'a, 'b> {
+    shading: &'a Shading<'b>,
+    time: Duration,
+    /// Seconds since the command began.
+    clock: &'a (dyn Fn() -> f64 + Sync),
+    /// Is called with the share of the time that has passed.
+    progress: &'a (dyn Fn(f64) + Sync),
+    done: Option<Done>,
+}
+
+/// The computed image.
+struct Done {
+    planes: Vec<Plane>,
+    /// The messages, until the first piece takes them.
+    rest: Frame,
+    tally: Tally,
+    reached: Reached,
+    text: String,
+}
+
+/// What the time was enough for.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Reached {
+    /// Samples of each pixel.
+    samples: u32,
+    /// Seconds from the start of the command until the error was measured.
+    seconds: f64,
+    /// Whether one sample for each pixel fits into the time.
+    fits: bool,
+    /// Root mean square error.
+    rms: f64,
+    /// Number of pixels at which it was measured.
+    compared: u64,
+}
+
+impl<'a, 'b> InTime<'a, 'b> {
+    pub(super) fn new(
+        shading: &'a Shading<'b>,
+        time: Duration,
+        clock: &'a (dyn Fn() -> f64 + Sync),
+        progress: &'a (dyn Fn(f64) + Sync),
+    ) -> InTime<'a, 'b> {
+        InTime { shading, time, clock, progress, done: None }
+    }
+
+    fn compute(&self) -> Result<Done, RunError> {
+        let all = self.time.as_secs_f64();
+        let timed = within(self.shading, SAMPLING * all, self.clock, self.progress)?;
+        let (mut image, samples) = (timed.image, timed.samples);
+        let (fewest, most) = ORACLE;
+        let oracle = samples.saturating_mul(2).next_power_of_two().clamp(fewest, most);
+        let affordable = ((all - (self.clock)()) / (timed.each * f64::from(oracle))).max(0.0) as usize;
+        let (width, height) = self.shading.surface.size();
+        let mut watch = Watch::new(width * height, affordable.clamp(CHECKED.0, CHECKED.1));
+        watch.note(&image, 0);
+        let check = watch.check(self.shading, &[], [oracle; 2])?;
+        let seconds = (self.clock)();
+        let mut text = spent(&image.tally);
+        text += &format!(
+            "{samples} sample{} a pixel in {seconds:.2} s of {all} s; --samples {samples} makes the same picture\n",
+            if samples == 1 { "" } else { "s" }
+        );
+        text += &checked(&check, [oracle; 2], (image.tally.pixels, None));
+        let reached = Reached { samples, seconds, fits: timed.fits, rms: check.rmse, compared: check.pixels };
+        let planes = std::mem::take(&mut image.frame.planes);
+        Ok(Done { planes, rest: image.frame, tally: image.tally, reached, text })
+    }
+
+    /// The cost and the error of the image.
+    pub(super) fn said(self) -> Said {
+        let Some(Done { tally, reached, text, .. }) = self.done else { return Said::default() };
+        let notes = match reached.fits {
+            true => String::new(),
+            false => format!(
+                "warning: {:?} of --within are too short for one sample in each pixel; the picture has one\n",
+                self.time
+            ),
+        };
+        Said { tally, text, notes, within: Some(reached), ..Said::default() }
+    }
+}
+
+impl Rows for InTime<'_, '_> {
+    fn planes(&self) -> Result<Vec<Plane>, RunError> {
+        self.shading.fits(1)?;
+        Ok(self.shading.planes())
+    }
+
+    fn fits(&self, points: usize) -> Result<(), RunError> {
+        self.shading.fits(points)
+    }
+
+    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError> {
+        let mut done = match self.done.take() {
+            Some(done) => done,
+            None => self.compute()?,
+        };
+        let width = self.shading.surface.size().0;
+        let piece = rows.start * width..rows.end * width;
+        let slice = |plane: &Plane| {
+            let words = plane.words.get(piece.clone()).unwrap_or(&[]).to_vec();
+            Plane {
+                output: plane.output.clone(),
+                ty: plane.ty,
+                component: plane.component,
+                kind: plane.kind,
+                words,
+                wide: Vec::new(),
+            }
+        };
+        let planes = done.planes.iter().map(slice).collect();
+        let frame = Frame { planes, ..std::mem::take(&mut done.rest) };
+        self.done = Some(done);
+        Ok(frame)
+    }
+}
