@@ -23,7 +23,8 @@ pub struct State {
     pub lit: bool,
     /// The values that become black and white, as after `--range`; a picture with light has none.
     pub range: Option<String>,
-    /// What covers the picture: `outside` marks the values that it does not show.
+    /// What covers the picture: `outside` marks the values that it does not show, `difference` shows how much it
+    /// differs from the pinned one.
     pub layer: Option<String>,
 }
 
@@ -41,6 +42,8 @@ pub(crate) enum Request {
     Point { id: u64, at: [usize; 2] },
     /// Show what a line of the present state does.
     Line { id: u64, line: u32 },
+    /// Keep the values of the present state, or forget those that are kept.
+    Pin { id: u64, pinned: bool },
 }
 
 /// A shader as the page shows it.
@@ -142,6 +145,11 @@ pub(crate) fn unexplained(id: u64, at: [usize; 2], messages: &[Value]) -> String
 pub(crate) fn line(id: u64, number: u32, line: &Line) -> String {
     let Line { pictures, more } = line;
     json!({ "type": "line", "id": id, "line": number, "pictures": pictures, "more": more }).to_string()
+}
+
+/// The message that values are kept, or not; with the reasons if they should be and are not.
+pub(crate) fn pinned(id: u64, pinned: bool, messages: &[Value]) -> String {
+    json!({ "type": "pinned", "id": id, "pinned": pinned, "messages": messages }).to_string()
 }
 
 /// The message that a line cannot be shown.

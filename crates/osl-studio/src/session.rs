@@ -33,6 +33,7 @@ struct Inbox {
     state: Option<(u64, State)>,
     point: Option<(u64, [usize; 2])>,
     line: Option<(u64, u32)>,
+    pin: Option<(u64, bool)>,
     /// The payload of a ping.
     ping: Option<tungstenite::Bytes>,
     /// A file has changed.
@@ -55,6 +56,8 @@ enum Work {
     Picture,
     Point,
     Line,
+    /// Nothing: the values that the page pins are those of the state at that time.
+    Pin,
 }
 
 /// Work that was taken from the inbox.
@@ -62,6 +65,7 @@ enum Task {
     Picture { state: Option<(u64, State)>, changed: bool },
     Point(u64, [usize; 2]),
     Line(u64, u32),
+    Pin(u64, bool),
     Pong(tungstenite::Bytes),
 }
 
@@ -96,6 +100,8 @@ impl Shared {
             } else if inbox.state.is_some() || inbox.changed {
                 let changed = std::mem::take(&mut inbox.changed);
                 Some(Task::Picture { state: inbox.state.take(), changed })
+            } else if let Some((id, pinned)) = inbox.pin.take() {
+                Some(Task::Pin(id, pinned))
             } else if let Some((id, at)) = inbox.point.take() {
                 Some(Task::Point(id, at))
             } else {
@@ -106,6 +112,7 @@ impl Shared {
                 let kind = match task {
                     Task::Point(..) => Work::Point,
                     Task::Line(..) => Work::Line,
+                    Task::Pin(..) => Work::Pin,
                     Task::Picture { .. } | Task::Pong(_) => Work::Picture,
                 };
                 inbox.running = Some(Running { cancel: cancel.clone(), kind });
@@ -124,6 +131,13 @@ impl Inbox {
         }
     }
 
+    /// Cancels the work for a state that is outdated.
+    fn cancel_outdated(&self) {
+        if self.running.as_ref().is_some_and(|running| running.kind != Work::Pin) {
+            self.cancel_all();
+        }
+    }
+
     /// Cancels the work that is being done.
     fn cancel_all(&self) {
         self.running.iter().for_each(|running| running.cancel.cancel());
@@ -132,7 +146,7 @@ impl Inbox {
     fn request(&mut self, request: Request) {
         match request {
             Request::State { id, state } => {
-                self.cancel_all();
+                self.cancel_outdated();
                 self.state = Some((id, state));
             }
             Request::Point { id, at } => {
@@ -143,6 +157,7 @@ impl Inbox {
                 self.cancel(Work::Line);
                 self.line = Some((id, line));
             }
+            Request::Pin { id, pinned } => self.pin = Some((id, pinned)),
         }
     }
 }
@@ -248,7 +263,7 @@ fn look(shared: &Shared) {
             for (path, stamp) in files {
                 inbox.files.entry(path).and_modify(|known| *known = stamp);
             }
-            inbox.cancel_all();
+            inbox.cancel_outdated();
             inbox.changed = true;
         });
     }
@@ -296,6 +311,7 @@ impl Worker {
                 Task::Pong(payload) => self.send(Message::Pong(payload)),
                 Task::Point(id, at) => self.point(id, at, &cancel),
                 Task::Line(id, line) => self.line(id, line, &cancel),
+                Task::Pin(id, pinned) => self.pin(id, pinned, &cancel),
                 Task::Picture { state, changed } => self.show(state, changed, &cancel),
             };
             if done.is_err() {
@@ -392,6 +408,17 @@ impl Worker {
             Ok(found) => protocol::line(id, line, &found),
             Err(Stop::Cancelled) => protocol::unshown(id, line, &[]),
             Err(Stop::Failed(messages)) => protocol::unshown(id, line, &messages),
+        };
+        self.send(Message::text(text))
+    }
+
+    /// Keeps the values of the present state, or forgets those that are kept.
+    fn pin(&mut self, id: u64, pinned: bool, cancel: &Cancel) -> Result<(), Gone> {
+        let state = self.state.as_ref().map(|(_, state)| state.clone()).filter(|_| pinned);
+        let text = match self.in_turn(|subject| subject.pin(state.as_ref(), cancel)) {
+            Ok(()) => protocol::pinned(id, pinned, &[]),
+            Err(Stop::Cancelled) => protocol::pinned(id, false, &[]),
+            Err(Stop::Failed(messages)) => protocol::pinned(id, false, &messages),
         };
         self.send(Message::text(text))
     }

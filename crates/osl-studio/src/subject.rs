@@ -33,6 +33,13 @@ pub trait Subject: Send {
         files: &mut Files,
     ) -> Result<Picture, Stop>;
 
+    /// Keeps the values of the picture of a state, in place of others, for a layer that shows the difference to them;
+    /// without a state, keeps none. A picture without values of its own, such as one with light, has none to keep.
+    ///
+    /// # Errors
+    /// The shader has errors, the run fails, or the work was cancelled.
+    fn pin(&mut self, state: Option<&State>, cancel: &Cancel) -> Result<(), Stop>;
+
     /// Explains the point at a column and a row of the whole picture: the text of a JSON value.
     ///
     /// # Errors

@@ -84,6 +84,13 @@ impl Subject for Fake {
         Ok(picture(vec![7, 8]))
     }
 
+    fn pin(&mut self, state: Option<&State>, _: &Cancel) -> Result<(), Stop> {
+        match state.and_then(|state| state.output.as_deref()) {
+            Some("bad") => Err(Stop::error("not this one")),
+            _ => Ok(()),
+        }
+    }
+
     fn explain(&mut self, _: &State, at: [usize; 2], _: &Cancel) -> Result<String, Stop> {
         match at {
             [0, 0] => Ok("{\n  \"x\": 0.1\n}\n".to_string()),
@@ -311,6 +318,26 @@ fn a_page_that_does_not_read_its_small_picture_keeps_no_other_waiting() {
     assert!(samples == vec![9; LARGE]);
     let (picture, samples) = slow.next();
     assert_eq!((&picture["coarse"], samples), (&json!(false), vec![7, 8]));
+}
+
+#[test]
+fn values_are_pinned_or_not() {
+    let server = start();
+    let mut page = server.page();
+    page.state(1, "a");
+    page.send(json!({ "type": "pin", "id": 2, "pinned": true }));
+    let answer =
+        |pinned: bool, id: u64| json!({ "type": "pinned", "id": id, "pinned": pinned, "messages": [] });
+    assert_eq!(page.until("pinned").0, answer(true, 2));
+    page.send(json!({ "type": "pin", "id": 3, "pinned": false }));
+    assert_eq!(page.until("pinned").0, answer(false, 3));
+    page.state(4, "bad");
+    page.send(json!({ "type": "pin", "id": 5, "pinned": true }));
+    let (failed, _) = page.until("pinned");
+    assert_eq!(
+        (&failed["pinned"], &failed["messages"][0]["message"]),
+        (&json!(false), &json!("not this one"))
+    );
 }
 
 #[test]

@@ -185,6 +185,71 @@ fn a_layer_marks_values_that_the_picture_does_not_show() {
     assert!(page.until("failed").0["messages"].to_string().contains("has no layers"));
 }
 
+/// The picture of a difference, and what the command says about it.
+fn compared(args: &[&str]) -> (Vec<u8>, Value) {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("a.png").display().to_string();
+    let (_, out, err) = oslrun(&[&["compare", "-o", &file, "--json"], args].concat());
+    let image = read_image(Path::new(&file)).unwrap_or_else(|why| panic!("{why}: {err}"));
+    let samples = image.samples.iter().map(|x| (x * 255.0).round() as u8).collect();
+    (samples, serde_json::from_str(&out).unwrap())
+}
+
+#[test]
+fn the_difference_to_a_pinned_picture_is_that_of_compare() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("Cobbled.osl").display().to_string();
+    std::fs::copy(osl("Cobbled.osl"), &file).unwrap();
+    let studio = Studio::start(folder.path(), &[&file, "-g", "48x32"]);
+    let mut page = studio.page();
+    let shown = |params: Value| json!({ "output": "resultRGB", "layer": "difference", "params": params });
+    page.state(shown(json!([])));
+    assert!(page.until("failed").0["messages"].to_string().contains("no values are pinned"));
+    let said = |header: &Value| header["messages"][0]["message"].as_str().unwrap().to_string();
+    for on in ["patch", "sphere"] {
+        let state = |params: Value, layer: &str| json!({ "output": "resultRGB", "on": on, "params": params, "layer": layer });
+        page.state(json!({ "output": "resultRGB", "on": on }));
+        page.until("picture");
+        page.pin();
+        assert_eq!(page.until("pinned").0["pinned"], true);
+        let (header, samples) = picture(&mut page, state(json!([]), "difference"));
+        assert_eq!(said(&header), "every value is equal to that of the pinned picture, in 1536 pixels");
+        assert!(samples.iter().all(|byte| *byte == 0));
+        let (header, samples) = picture(&mut page, state(json!([["radius", "0.3"]]), "difference"));
+        let mut words = vec![file.as_str(), "-g", "48x32", "--outputs", "resultRGB"];
+        if on != "patch" {
+            words.extend(["--on", on]);
+        }
+        words.extend(["--", "-p", "radius=0.3"]);
+        let (expected, numbers) = compared(&words);
+        assert!(samples == expected, "{on}");
+        let said = said(&header);
+        let different = numbers["different_pixels"].as_u64().unwrap();
+        assert!(said.starts_with(&format!("{different} of 1536 pixels differ")), "{said}: {numbers}");
+        let largest = |channel: &&Value| channel["largest"].as_f64().unwrap();
+        let worst =
+            numbers["channels"].as_array().unwrap().iter().max_by(|a, b| largest(a).total_cmp(&largest(b)));
+        let at = &worst.unwrap()["at"]["pixel"];
+        assert!(
+            said.contains(&format!("at pixel ({}, {}), the rms of the components ", at[0], at[1])),
+            "{said}: {at}"
+        );
+    }
+    // The pinned values are those of the file at that time.
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replacen("float radius = 0.15", "float radius = 0.25", 1)).unwrap();
+    page.until("shader");
+    let (header, _) =
+        picture(&mut page, json!({ "output": "resultRGB", "on": "sphere", "layer": "difference" }));
+    assert!(said(&header).contains("pixels differ from the pinned picture"), "{header}");
+    page.state(json!({ "output": "resultMask", "on": "sphere", "layer": "difference" }));
+    let (failed, _) = page.until("failed");
+    assert!(
+        failed["messages"].to_string().contains("has 3 components, and `resultMask` has 1 component"),
+        "{failed}"
+    );
+}
+
 #[test]
 fn lines_have_the_pictures_of_a_picture_book() {
     let cobbled = osl("Cobbled.osl");

@@ -72,6 +72,7 @@ fn a_shader_is_shown_changed_broken_and_mended() {
     let usual = picture_of(&words(&[]));
     assert!(pixels(&browser) == usual, "the picture at the defaults");
     browser.run("document.getElementById('pin').click()");
+    browser.wait("document.getElementById('pin').textContent === 'Unpin'");
 
     // The slider of a parameter.
     browser.mouse("[data-name=radius] input[type=range]", (-30, 0), Some((25, 0)));

@@ -14,7 +14,7 @@ mod studio_client;
 use osl_image::read_image;
 use studio_client::Studio;
 use studio_client::browser::Browser;
-use studio_client::shown::{IDLE, LINES, browser, params, pixels, screenshot};
+use studio_client::shown::{IDLE, LINES, browser, params, pixels, pixels_of, screenshot};
 
 /// Where the canvas and the frame are on the page: left, top, width and height of each.
 fn places(browser: &Browser) -> [[f64; 4]; 2] {
@@ -213,6 +213,52 @@ fn changes_of_parameters_are_undone_and_redone() {
     assert_eq!(are_disabled(), [false, true]);
     press("z", false);
     assert_eq!(params(&browser), changed);
+    assert!(pixels(&browser) == shown);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn the_difference_to_a_pinned_picture_is_a_layer() {
+    let Some(browser) = browser((1280, 720), true) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "96x64"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let usual = pixels(&browser);
+    assert_eq!(browser.run("return document.querySelector('[value=difference]').disabled"), true);
+    browser.run("document.getElementById('pin').click()");
+    browser.wait("document.getElementById('pin').textContent === 'Unpin'");
+    assert_eq!(pixels_of(&browser, "pinned"), usual);
+    let choose = |layer: &str| {
+        browser.run(&format!(
+            "const layer = document.getElementById('layer');
+             layer.value = '{layer}';
+             layer.dispatchEvent(new Event('change'))"
+        ));
+        browser.wait(IDLE);
+    };
+    choose("difference");
+    let says =
+        |words: &str| format!("document.getElementById('run-messages').textContent.includes('{words}')");
+    browser.wait(&says("every value is equal"));
+    assert!(pixels(&browser).iter().all(|byte| *byte == 0));
+    browser.mouse("[data-name=k] input[type=range]", (-20, 0), Some((30, 0)));
+    browser.wait("location.hash.includes('k%3D')");
+    browser.wait(IDLE);
+    browser.wait(&says("differ from the pinned picture: the largest difference is"));
+    let different = pixels(&browser);
+    assert!(different.chunks(3).any(|pixel| pixel == [255; 3]));
+    screenshot(&browser, "studio.difference.png");
+    assert!(!browser.run("return location.hash").as_str().unwrap().contains("difference"));
+    choose("");
+    let shown = pixels(&browser);
+    assert!(shown != usual);
+    // Without a pinned picture there is no difference to it.
+    choose("difference");
+    browser.run("document.getElementById('pin').click()");
+    browser.wait(IDLE);
+    assert_eq!(browser.run("return document.getElementById('layer').value"), "");
     assert!(pixels(&browser) == shown);
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }

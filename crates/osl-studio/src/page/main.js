@@ -5,7 +5,7 @@ import { SourcePane, messageText, severityClass } from "./source.js";
 import { PicturePane } from "./picture.js";
 import { ParameterPane } from "./parameters.js";
 import { lineTexts, showExplanation } from "./explanation.js";
-import { commandLine, flushFragment, readFragment, writeFragmentSoon } from "./state.js";
+import { DIFFERENCE, commandLine, flushFragment, readFragment, writeFragmentSoon } from "./state.js";
 import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
 import { Zoom } from "./zoom.js";
@@ -39,7 +39,16 @@ const zoom = new Zoom({
   },
 });
 const picture = new PicturePane(at("picture"), at("cross"), zoom, (point) => connection.explain(point));
-new Wipe({ canvas: at("picture"), pinned: at("pinned"), zoom, button: at("pin"), slider: at("wipe"), word: at("pin-word") });
+const wipe = new Wipe({
+  canvas: at("picture"),
+  pinned: at("pinned"),
+  zoom,
+  button: at("pin"),
+  slider: at("wipe"),
+  word: at("pin-word"),
+  ask: (isPinned) => connection.pin(isPinned),
+  changed: pinned,
+});
 zoom.read(state.view);
 const connection = new Connection({ opened, lost, message: receive });
 
@@ -54,6 +63,15 @@ function changeState(part) {
 function restoreParams(params) {
   parameters.show(shader, params);
   changeState({ params: parameters.params() });
+}
+
+/** The layer with the difference is for a pinned picture. */
+function pinned(isPinned) {
+  at("layer").querySelector(`[value=${DIFFERENCE}]`).disabled = !isPinned;
+  if (!isPinned && state.layer === DIFFERENCE) {
+    changeState({ layer: undefined });
+    showOptions();
+  }
 }
 
 /** What a tap replaces. */
@@ -115,6 +133,11 @@ function answer(message, samples) {
     case "failed":
       showMessages(message.messages);
       at("status").textContent = "errors; the last picture stays";
+      break;
+    case "pinned":
+      if (message.pinned) {
+        wipe.keep();
+      }
       break;
     case "line":
       taps.answer(message);

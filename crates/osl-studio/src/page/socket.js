@@ -86,6 +86,14 @@ export class Connection {
     }
   }
 
+  /** Asks the server to keep the values of the picture, or to forget them; false if there is no connection. */
+  pin(pinned) {
+    if (this.isOpen) {
+      this.socket.send(JSON.stringify({ type: "pin", id: this.nextId++, pinned }));
+    }
+    return this.isOpen;
+  }
+
   receive(data) {
     if (typeof data === "string") {
       const message = JSON.parse(data);

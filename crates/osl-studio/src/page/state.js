@@ -6,6 +6,9 @@ import { isTap } from "./taps.js";
 /** The parts of a state that are texts. */
 const NAMES = ["file", "output", "on", "range", "layer", "view"];
 
+/** The layer with the difference to a pinned picture. It is not in the address, because the pinned picture is not. */
+export const DIFFERENCE = "difference";
+
 /** The state in the fragment; what it does not name is left to the server. */
 export function readFragment() {
   const found = new URLSearchParams(location.hash.slice(1));
@@ -55,7 +58,7 @@ addEventListener("pagehide", flushFragment);
 function writeFragment(state) {
   const fragment = new URLSearchParams();
   for (const name of NAMES) {
-    if (state[name]) {
+    if (state[name] && !(name === "layer" && state.layer === DIFFERENCE)) {
       fragment.set(name, state[name]);
     }
   }

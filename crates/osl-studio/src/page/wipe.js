@@ -2,14 +2,24 @@
 
 /** Lets a button pin the picture of a canvas. */
 export class Wipe {
-  constructor({ canvas, pinned, zoom, button, slider, word }) {
-    Object.assign(this, { canvas, pinned, zoom, button, slider, word });
+  /** `ask(isPinned)` asks the server to keep the values or to forget them, and is false if there is no server;
+   * `changed(isPinned)` is called when a picture is pinned and when it is not any more. */
+  constructor({ canvas, pinned, zoom, button, slider, word, ask, changed }) {
+    Object.assign(this, { canvas, pinned, zoom, button, slider, word, ask, changed });
     button.onclick = () => (pinned.hidden ? this.pin() : this.unpin());
     slider.oninput = () => this.place();
     zoom.frame.addEventListener("placed", () => this.place());
   }
 
+  /** Pins the picture, when the server has kept its values. */
   pin() {
+    if (!this.ask(true)) {
+      this.keep();
+    }
+  }
+
+  /** Pins the picture. */
+  keep() {
     this.pinned.width = this.canvas.width;
     this.pinned.height = this.canvas.height;
     this.pinned.getContext("2d").drawImage(this.canvas, 0, 0);
@@ -18,6 +28,7 @@ export class Wipe {
   }
 
   unpin() {
+    this.ask(false);
     this.show(false);
   }
 
@@ -27,6 +38,7 @@ export class Wipe {
     this.button.setAttribute("aria-pressed", String(isPinned));
     this.button.textContent = isPinned ? "Unpin" : "Pin";
     this.word.textContent = isPinned ? "left: pinned, right: now" : "";
+    this.changed(isPinned);
   }
 
   place() {

@@ -115,6 +115,12 @@ impl Page {
         self.send(json!({ "type": "point", "id": self.id, "at": [x, y] }));
     }
 
+    /// Keeps the values of the present state.
+    pub(crate) fn pin(&mut self) {
+        self.id += 1;
+        self.send(json!({ "type": "pin", "id": self.id, "pinned": true }));
+    }
+
     /// Asks what a line does.
     pub(crate) fn line(&mut self, line: u32) {
         self.id += 1;

@@ -9,7 +9,7 @@ use serde::{Serialize, Serializer};
 
 /// A value of a picture. JSON has no NaN and no infinities, so these become text.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Value(pub(super) f64);
+pub(in crate::cli) struct Value(pub(in crate::cli) f64);
 
 impl Serialize for Value {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
@@ -22,52 +22,52 @@ impl Serialize for Value {
 
 /// A pixel, and the values of both pictures there.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct At {
+pub(in crate::cli) struct At {
     /// Column and row.
-    pub(super) pixel: [usize; 2],
-    pub(super) values: [Value; 2],
+    pub(in crate::cli) pixel: [usize; 2],
+    pub(in crate::cli) values: [Value; 2],
 }
 
 /// How a channel differs.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Difference {
-    pub(super) channel: String,
+pub(in crate::cli) struct Difference {
+    pub(in crate::cli) channel: String,
     /// The largest difference between finite values; 0 if there is none.
-    pub(super) largest: f64,
+    pub(in crate::cli) largest: f64,
     /// Where it is.
-    pub(super) at: Option<At>,
+    pub(in crate::cli) at: Option<At>,
     /// The root of the mean square of the differences between finite values.
-    pub(super) rms: f64,
+    pub(in crate::cli) rms: f64,
     /// Pixels that differ by more than the tolerance.
-    pub(super) different: usize,
+    pub(in crate::cli) different: usize,
     /// The number of NaN in each picture.
-    pub(super) nan: [usize; 2],
+    pub(in crate::cli) nan: [usize; 2],
     /// The number of infinities in each picture.
-    pub(super) infinite: [usize; 2],
+    pub(in crate::cli) infinite: [usize; 2],
     /// Pixels where one value is NaN or infinite and the other one is not the same.
-    pub(super) unlike: usize,
+    pub(in crate::cli) unlike: usize,
     /// The first such pixel.
-    pub(super) unlike_at: Option<At>,
+    pub(in crate::cli) unlike_at: Option<At>,
 }
 
 /// How two pictures differ.
 #[derive(Debug)]
-pub(super) struct Measured {
-    pub(super) channels: Vec<Difference>,
+pub(in crate::cli) struct Measured {
+    pub(in crate::cli) channels: Vec<Difference>,
     /// The largest difference of each pixel in a channel; infinite where values are unlike.
-    pub(super) worst: Vec<f64>,
+    pub(in crate::cli) worst: Vec<f64>,
     /// Pixels that differ in some channel.
-    pub(super) different: usize,
+    pub(in crate::cli) different: usize,
 }
 
 impl Measured {
     /// Whether no value differs by more than the tolerance.
-    pub(super) fn is_equal(&self) -> bool {
+    pub(in crate::cli) fn is_equal(&self) -> bool {
         self.different == 0
     }
 
     /// The largest difference between finite values.
-    pub(super) fn largest(&self) -> f64 {
+    pub(in crate::cli) fn largest(&self) -> f64 {
         self.channels.iter().map(|channel| channel.largest).fold(0.0, f64::max)
     }
 }
@@ -76,7 +76,7 @@ impl Measured {
 ///
 /// # Errors
 /// Their sizes or channels differ.
-pub(super) fn measure(left: &Side, right: &Side, tolerance: f64) -> Result<Measured, String> {
+pub(in crate::cli) fn measure(left: &Side, right: &Side, tolerance: f64) -> Result<Measured, String> {
     if let Some(why) = left.mismatch(right) {
         return Err(why);
     }

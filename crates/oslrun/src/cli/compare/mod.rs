@@ -9,6 +9,10 @@ mod differ;
 mod show;
 mod side;
 
+pub(super) use differ::{At, measure};
+pub(super) use show::{brief, color};
+pub(super) use side::Side;
+
 use super::args::{RunArgs, heading};
 use super::{Failure, idle};
 use clap::builder::{PathBufValueParser, TypedValueParser};

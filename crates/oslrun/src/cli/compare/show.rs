@@ -125,7 +125,7 @@ fn exact(Value(x): Value) -> String {
 }
 
 /// A difference with three digits.
-fn brief(x: f64) -> String {
+pub(in crate::cli) fn brief(x: f64) -> String {
     let text = format!("{x:.2e}");
     let exponent = text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
     match exponent {
@@ -229,7 +229,8 @@ fn heat(report: &Report<'_>, path: &Path) -> Result<Picture, Failure> {
     Ok(Picture { file, legend })
 }
 
-fn color(by: f64, largest: f64) -> [f32; 3] {
+/// The color of a difference, with the largest one; an infinite one is unlike.
+pub(in crate::cli) fn color(by: f64, largest: f64) -> [f32; 3] {
     if by.is_infinite() {
         return UNLIKE;
     }

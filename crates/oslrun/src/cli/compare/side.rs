@@ -17,18 +17,18 @@ use std::sync::Arc;
 const RUN: [&str; 6] = ["osl", "oso", "group", "oslgroup", "txt", "-"];
 
 /// A picture.
-pub(super) struct Side {
+pub(in crate::cli) struct Side {
     /// The file, or what is run.
     pub(super) name: String,
     /// Columns and rows.
     pub(super) size: (usize, usize),
     /// Column and row of its first pixel, and the window of the whole image if this is a part.
     window: ((i32, i32), Option<[i32; 4]>),
-    pub(super) channels: Vec<Channel>,
+    pub(in crate::cli) channels: Vec<Channel>,
 }
 
 /// A channel of a picture.
-pub(super) struct Channel {
+pub(in crate::cli) struct Channel {
     pub(super) name: String,
     values: Values,
 }
@@ -129,6 +129,16 @@ fn shader(args: &RunArgs, err: &mut dyn Write) -> Result<Side, Failure> {
 }
 
 impl Side {
+    /// A picture of this size whose channels are planes with names.
+    pub(in crate::cli) fn of_planes(
+        name: &str,
+        size: (usize, usize),
+        planes: impl Iterator<Item = (String, Plane)>,
+    ) -> Side {
+        let channels = planes.map(|(name, plane)| Channel { name, values: Values::Plane(plane) }).collect();
+        Side { name: name.to_string(), size, window: ((0, 0), None), channels }
+    }
+
     /// Why this picture cannot be compared with another one.
     pub(super) fn mismatch(&self, other: &Side) -> Option<String> {
         let (a, b) = (&self.name, &other.name);

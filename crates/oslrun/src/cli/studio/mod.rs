@@ -5,6 +5,7 @@
 //! those about a line. This module reads the command line, starts the server and opens the browser. It must not know
 //! messages.
 
+mod difference;
 mod line;
 mod outside;
 mod picture;

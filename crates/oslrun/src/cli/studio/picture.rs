@@ -1,9 +1,10 @@
-//! The pictures of a page: of an output, a tap or a surface, with light, or with a layer of marks.
+//! The pictures of a page: of an output, a tap or a surface, with light, with marks, or the difference of two.
 //!
 //! They have the samples of the PNG file that the command line writes, because the same functions make them. If a
 //! picture takes long, a small one comes first. This module must not know connections, nor which files a page may
 //! read.
 
+use super::difference::Pinned;
 use super::subject::{outputs, stop, told, watch};
 use super::{line, outside};
 use crate::cli::args::RunArgs;
@@ -26,41 +27,71 @@ use std::time::Instant;
 const LIGHT: &str = "light";
 /// The layer over a picture that marks values that it does not show.
 const OUTSIDE: &str = "outside";
+/// The layer that shows how much the picture differs from the pinned one.
+const DIFFERENCE: &str = "difference";
 /// How much printed text a page shows, in bytes.
 const MAX_TEXT: usize = 64 << 10;
 
-/// Makes the picture of a state; with `first`, a small one before it.
-pub(super) fn picture(
-    args: RunArgs,
-    state: &State,
-    first: Option<First<'_>>,
-    cancel: &Cancel,
-    files: &mut Files,
-) -> Result<Picture, Stop> {
-    let job = Job { marks: marks(state)?, args: chosen(args, state)?, state, cancel };
-    // The program of a grid runs both pictures; that of a surface is compiled for each.
-    let is_grid = !state.lit && job.args.on.on.is_none();
-    match first {
-        Some(first) if is_grid => job.flat(Some(first), files),
-        Some(First { step, show }) => {
-            let small = Job { args: smaller(&job.args, step), ..job };
-            show(small.made(files)?);
-            job.made(files)
-        }
-        None => job.made(files),
-    }
+/// What covers a picture.
+#[derive(Clone, Copy)]
+enum Cover<'a> {
+    Nothing,
+    /// Marks of the values that the picture does not show.
+    Marks,
+    /// The difference to another picture.
+    Difference(&'a Pinned),
 }
 
 /// A picture to make.
-struct Job<'a> {
+pub(super) struct Job<'a> {
     args: RunArgs,
     state: &'a State,
-    /// Whether values are marked that the picture does not show.
-    marks: bool,
+    cover: Cover<'a>,
     cancel: &'a Cancel,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    /// The picture of a state, with the options that all commands have.
+    pub(super) fn new(
+        args: RunArgs,
+        state: &'a State,
+        pinned: Option<&'a Pinned>,
+        cancel: &'a Cancel,
+    ) -> Result<Job<'a>, Stop> {
+        Ok(Job { cover: cover(state, pinned)?, args: chosen(args, state)?, state, cancel })
+    }
+
+    /// Makes the picture; with `first`, a small one before it.
+    pub(super) fn picture(self, first: Option<First<'_>>, files: &mut Files) -> Result<Picture, Stop> {
+        // A small picture has no difference to a pinned one of another size.
+        let first = first.filter(|_| !matches!(self.cover, Cover::Difference(_)));
+        // The program of a grid runs both pictures; that of a surface is compiled for each.
+        let is_grid = !self.state.lit && self.args.on.on.is_none();
+        match first {
+            Some(first) if is_grid => self.flat(Some(first), files),
+            Some(First { step, show }) => {
+                let small = Job { args: smaller(&self.args, step), ..self };
+                show(small.made(files)?);
+                self.made(files)
+            }
+            None => self.made(files),
+        }
+    }
+
+    /// The values of the picture.
+    pub(super) fn pinned(mut self) -> Result<Pinned, Stop> {
+        let mut pinned = None;
+        let (messages, failed) = told(|err| {
+            self.args.outputs = one_output(&self.args)?;
+            let kept = run::values(&self.args, None, &mut std::io::sink(), err)?;
+            let components = components(&kept)?;
+            let name = components.first().map(|plane| &*plane.output).unwrap_or_default();
+            pinned = Some(Pinned::of(name, self.args.size(), &components));
+            Ok(())
+        });
+        pinned.filter(|_| !failed && !self.cancel.is_cancelled()).ok_or_else(|| stop(messages, self.cancel))
+    }
+
     fn made(&self, files: &mut Files) -> Result<Picture, Stop> {
         if self.state.lit { self.lit(files) } else { self.flat(None, files) }
     }
@@ -69,26 +100,21 @@ impl Job<'_> {
     fn flat(&self, first: Option<First<'_>>, files: &mut Files) -> Result<Picture, Stop> {
         let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
         let work = |err: &mut dyn Write| {
-            let mut args = self.args.clone();
-            if args.outputs.is_none() && args.tap.is_empty() {
-                // Only one output is computed.
-                let loaded = load::load(&Request::of(&args), &mut std::io::sink())?;
-                args.outputs = outputs(&loaded.body).into_iter().next().map(|output| vec![output.name]);
-            }
+            let args = RunArgs { outputs: one_output(&self.args)?, ..self.args.clone() };
             let Some(First { step, show }) = first else {
-                picture = shown(&run::values(&args, Some(&mut reads), &mut text, err)?, &args, self.marks)?;
+                picture = shown(&run::values(&args, Some(&mut reads), &mut text, err)?, &args, self.cover)?;
                 return Ok(());
             };
             let small = smaller(&args, step);
             let show = RefCell::new(show);
             let show = |kept: run::Kept| {
-                if let Ok(picture) = shown(&kept, &small, self.marks) {
+                if let Ok(picture) = shown(&kept, &small, self.cover) {
                     (show.borrow_mut())(picture);
                 }
             };
             let first = run::First { grid: small.grid, show: &show };
             let kept = run::values_after(Some(first), &args, &mut reads, &mut text, err)?;
-            picture = shown(&kept, &args, self.marks)?;
+            picture = shown(&kept, &args, self.cover)?;
             Ok(())
         };
         let answer = told(work);
@@ -140,6 +166,15 @@ fn chosen(mut args: RunArgs, state: &State) -> Result<RunArgs, Stop> {
     Ok(args)
 }
 
+/// The only output that is computed; none for a tap.
+fn one_output(args: &RunArgs) -> Result<Option<Vec<String>>, Failure> {
+    if args.outputs.is_some() || !args.tap.is_empty() {
+        return Ok(args.outputs.clone());
+    }
+    let loaded = load::load(&Request::of(args), &mut std::io::sink())?;
+    Ok(outputs(&loaded.body).into_iter().next().map(|output| vec![output.name]))
+}
+
 /// The options of a picture that has a pixel for so many columns and rows of the whole one.
 fn smaller(args: &RunArgs, step: usize) -> RunArgs {
     let (width, height) = args.grid;
@@ -164,26 +199,44 @@ fn finished(
     Ok(picture)
 }
 
-/// Whether a state marks values that the picture does not show.
-fn marks(state: &State) -> Result<bool, Stop> {
+/// What covers the picture of a state.
+fn cover<'a>(state: &State, pinned: Option<&'a Pinned>) -> Result<Cover<'a>, Stop> {
     match state.layer.as_deref() {
-        None => Ok(false),
+        None => Ok(Cover::Nothing),
         Some(_) if state.lit => Err(Stop::error("a picture with light has no layers: switch Lit off")),
-        Some(OUTSIDE) => Ok(true),
+        Some(OUTSIDE) => Ok(Cover::Marks),
+        Some(DIFFERENCE) => match pinned {
+            Some(pinned) => Ok(Cover::Difference(pinned)),
+            None => {
+                Err(Stop::error("no values are pinned: choose no layer, switch Lit off, and pin the picture"))
+            }
+        },
         Some(layer) => Err(Stop::error(format!("a page has no layer {layer}"))),
     }
 }
 
-/// The picture of the first output, with the samples that its PNG file would have; or with marks.
-fn shown(kept: &run::Kept, args: &RunArgs, marks: bool) -> Result<Picture, Failure> {
+/// The components of the first output that a picture can show.
+fn components(kept: &run::Kept) -> Result<Vec<&Plane>, Failure> {
+    let mut found: Vec<Vec<&Plane>> = Vec::new();
+    for plane in kept.frame.planes.iter().filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure)) {
+        match found.last_mut() {
+            Some(components) if plane.component > 0 => components.push(plane),
+            _ => found.push(vec![plane]),
+        }
+    }
+    let shown = found.into_iter().find(|components| matches!(components.len(), 1 | 3));
+    shown.ok_or_else(|| Failure::new(output::EMPTY))
+}
+
+/// The picture of the first output, with the samples that its PNG file would have; or with what covers it.
+fn shown(kept: &run::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, Failure> {
     let started = Instant::now();
-    let is_shown = |plane: &&Plane| !matches!(plane.kind, Kind::Str | Kind::Closure);
-    let planes: Vec<&Plane> = kept.frame.planes.iter().filter(is_shown).collect();
-    let group = output::groups(&planes).into_iter().find(|group| matches!(group.values.len(), 1 | 3));
-    let group = group.ok_or_else(|| Failure::new(output::EMPTY))?;
+    let components = components(kept)?;
+    let [first, ..] = components[..] else { return Err(Failure::new(output::EMPTY)) };
+    let values = components.iter().map(|plane| plane.floats()).collect();
     let covered = kept.covered.as_ref().map(Plane::floats);
-    let (name, ty) = (&*group.first.output, group.first.ty);
-    let shown = args.display.shown(Some(ImageFormat::Png), (name, ty), group.values, covered.as_deref());
+    let (name, ty) = (&*first.output, first.ty);
+    let shown = args.display.shown(Some(ImageFormat::Png), (name, ty), values, covered.as_deref());
     let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
     planes.extend(covered.as_deref());
     let (width, height) = args.size();
@@ -198,10 +251,18 @@ fn shown(kept: &run::Kept, args: &RunArgs, marks: bool) -> Result<Picture, Failu
         ..Picture::default()
     };
     let mut note = shown.note;
-    if marks {
-        let marked = outside::marked(&shown.planes, covered.as_deref(), &picture.samples, shown.range);
-        (picture.samples, picture.channels) = (marked.samples, marked.channels);
-        note = Some(marked.words);
+    match cover {
+        Cover::Nothing => {}
+        Cover::Marks => {
+            let marked = outside::marked(&shown.planes, covered.as_deref(), &picture.samples, shown.range);
+            (picture.samples, picture.channels) = (marked.samples, marked.channels);
+            note = Some(marked.words);
+        }
+        Cover::Difference(pinned) => {
+            let differing = pinned.difference(&Pinned::of(name, (width, height), &components))?;
+            (picture.samples, picture.channels) = (differing.samples, 3);
+            note = Some(differing.words);
+        }
     }
     picture.messages = note.map(|note| json!({ "severity": "note", "message": note })).into_iter().collect();
     let [compile, run] = kept.times;

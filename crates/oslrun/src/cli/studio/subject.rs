@@ -6,6 +6,7 @@
 //! outside of the permitted folders, and a run for a page appends to no files. This module must not know
 //! connections.
 
+use super::difference::Pinned;
 use super::{line, picture};
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
@@ -35,13 +36,15 @@ pub(super) struct Studio {
     run: RunArgs,
     /// The words of the command line that the page does not set.
     words: Vec<String>,
+    /// The picture that is compared with later ones.
+    pinned: Option<Pinned>,
 }
 
 impl Studio {
     pub(super) fn new(mut run: RunArgs, words: Vec<String>) -> Studio {
         run.read.message_format = MessageFormat::Json;
         run.live = Some(Live { typed: run.params.iter().map(|(_, value)| value.clone()).collect() });
-        Studio { run, words }
+        Studio { run, words, pinned: None }
     }
 
     fn main(&self) -> &Path {
@@ -205,7 +208,18 @@ impl Subject for Studio {
         cancel: &Cancel,
         files: &mut Files,
     ) -> Result<Picture, Stop> {
-        picture::picture(self.args(state, cancel)?, state, first, cancel, files)
+        let job = picture::Job::new(self.args(state, cancel)?, state, self.pinned.as_ref(), cancel)?;
+        job.picture(first, files)
+    }
+
+    fn pin(&mut self, state: Option<&State>, cancel: &Cancel) -> Result<(), Stop> {
+        self.pinned = None;
+        if let Some(state) = state.filter(|state| !state.lit) {
+            let state = State { layer: None, ..state.clone() };
+            let args = self.args(&state, cancel)?;
+            self.pinned = Some(picture::Job::new(args, &state, None, cancel)?.pinned()?);
+        }
+        Ok(())
     }
 
     fn explain(&mut self, state: &State, [x, y]: [usize; 2], cancel: &Cancel) -> Result<String, Stop> {
