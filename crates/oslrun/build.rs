@@ -1,6 +1,6 @@
-//! Records the commit for `oslrun --version`; sources outside of a repository have none, which is no error. And it
-//! strips a binary without debug information: Cargo forgets `strip` of a profile for a package that has its own
-//! `opt-level`.
+//! Records the commit for `oslrun --version`; sources outside of a repository have none, which is no error.
+//! And it strips a binary without debug information: Cargo forgets `strip` of a profile for a package that
+//! has its own `opt-level`.
 
 #![allow(clippy::print_stdout, reason = "this is how a build script answers")]
 

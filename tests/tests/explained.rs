@@ -76,7 +76,8 @@ fn files(every: usize) -> impl Iterator<Item = (String, String)> {
 
 #[test]
 fn of_generated_programs() {
-    // The last ones were once told wrong: formatted closures, a variable that is also an argument, regular expressions.
+    // The last ones were once told wrong: formatted closures, a variable that is also an argument, regular
+    // expressions.
     hold(
         generated(0..60).chain([166, 180, 213, 380, 383].map(|seed| (seed.to_string(), text(seed)))),
         0.2,

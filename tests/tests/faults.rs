@@ -1,5 +1,5 @@
-//! Planted faults: each shader of `data/faults` loses its digits on the line that says `// guilty`. Is that line
-//! blamed first, and is a repair found? `docs/accuracy.md` has the table; `UPDATE_DOCS=1` writes it.
+//! Planted faults: each shader of `data/faults` loses its digits on the line that says `// guilty`. Is that
+//! line blamed first, and is a repair found? `docs/accuracy.md` has the table; `UPDATE_DOCS=1` writes it.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,5 @@
 //! Compares the maps of the project with its manifests: which crate may depend on which, and which crate uses
-//! which library.
+//! which library. Checks the width of comments, which the formatter leaves alone.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
@@ -116,4 +116,31 @@ fn every_dependency_has_its_reason_and_its_users() {
     }
     wrong.extend(users.keys().filter(|name| !seen.contains(*name)).map(|name| format!("{name} has no row")));
     assert!(wrong.is_empty(), "docs/dependencies.md:\n{}", wrong.join("\n"));
+}
+
+/// The longest line of a comment, in characters.
+const COMMENT_WIDTH: usize = 110;
+
+#[test]
+fn comments_fit_their_width() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut folders: Vec<_> = ["crates", "tests", "examples"].map(|name| root.join(name)).into();
+    let mut wide = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() && !path.ends_with("target") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let lines = text.lines().enumerate();
+                let is_wide =
+                    |line: &str| line.trim_start().starts_with("//") && line.chars().count() > COMMENT_WIDTH;
+                wide.extend(
+                    lines.filter(|(_, line)| is_wide(line)).map(|(at, _)| format!("{path:?}:{}", at + 1)),
+                );
+            }
+        }
+    }
+    assert!(wide.is_empty(), "{wide:#?}");
 }

@@ -281,7 +281,8 @@ impl Messages {
         }
     }
 
-    /// Adds a message of some points unless an earlier point has caused it or there are too many earlier ones.
+    /// Adds a message of some points unless an earlier point has caused it or there are too many earlier
+    /// ones.
     fn add_known(&mut self, mut points: impl Iterator<Item = usize>, said: usize, message: &Message) {
         while let Some(point) = points.next() {
             let here = (self.position(point), said);

@@ -92,7 +92,8 @@ impl Unsaved {
         target().and_then(|target| Unsaved::at(&path, target)).map_err(SaveError::of(&path))
     }
 
-    /// A file in memory, for bytes that go to a stream instead of a path: [`Unsaved::into_bytes`] returns them.
+    /// A file in memory, for bytes that go to a stream instead of a path: [`Unsaved::into_bytes`] returns
+    /// them.
     pub fn in_memory() -> Unsaved {
         let content = Content::Bytes(Cursor::new(Vec::new()));
         Unsaved { path: PathBuf::new(), target: PathBuf::new(), content }

@@ -4,7 +4,8 @@
 //! [`hir`]. [`lint`] warns about shaders that are accepted. [`builtins`] is the one table of library
 //! functions: their parameters, meaning, documentation and facts. [`symbols`] lists the names of a source and
 //! the types of its expressions, for editors. [`oso`] reads compiled shaders into the [`hir`] and
-//! writes them from it. [`storage`] is what both that writer and lowering know of where values are held. This crate must not know passes, batches or the disk.
+//! writes them from it. [`storage`] is what both that writer and lowering know of where values are held. This
+//! crate must not know passes, batches or the disk.
 
 pub mod builtins;
 pub mod hir;

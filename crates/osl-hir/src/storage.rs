@@ -45,8 +45,8 @@ impl<L: Copy> Storage<L> {
         }
     }
 
-    /// What an item of a list of initial values sets, if the list is for a value of type `ty` in this storage:
-    /// the storage, the type, and whether it is an element of an array instead of a field.
+    /// What an item of a list of initial values sets, if the list is for a value of type `ty` in this
+    /// storage: the storage, the type, and whether it is an element of an array instead of a field.
     pub fn item(&self, structs: &StructTable, ty: Type, index: usize) -> Option<(Storage<L>, Type, bool)> {
         match (ty.extent, ty.base, self) {
             (Extent::One, Base::Struct(id), Storage::Struct(fields)) => {

@@ -99,7 +99,7 @@ fn lookups(c: &mut Criterion) {
 fn names(c: &mut Criterion) {
     let dir = tempfile::tempdir().unwrap();
     let write = |name: &str| {
-        let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
+        let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight, software: None };
         write_png(&dir.path().join(name), 1, 1, &[&[1.0]], options).unwrap();
     };
     write("a.png");

@@ -39,7 +39,13 @@ fn paint(path: &Path) -> Result<(), ImageError> {
         }
     }
     let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
-    write_png(path, SIZE, SIZE, &planes, PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight })
+    write_png(
+        path,
+        SIZE,
+        SIZE,
+        &planes,
+        PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight, software: None },
+    )
 }
 
 /// The linear color at a point measured in cells: the nearest stone, shaded as a dome, or the dark gap.

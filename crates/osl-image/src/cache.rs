@@ -144,9 +144,9 @@ impl TextureCache {
         Self::of(search, &self.shared.limits)
     }
 
-    /// Lets these names lead to files anywhere: a user who types the name of a file trusts it. All other names
-    /// stay below the folders. Of a tiled name, this holds for the squares of the first ten rows. Forgets
-    /// everything that was read.
+    /// Lets these names lead to files anywhere: a user who types the name of a file trusts it. All other
+    /// names stay below the folders. Of a tiled name, this holds for the squares of the first ten rows.
+    /// Forgets everything that was read.
     #[must_use]
     pub fn trusting(self, names: impl IntoIterator<Item = String>) -> Self {
         let search = match &self.shared.search {
@@ -159,8 +159,8 @@ impl TextureCache {
         Self::of(search, &self.shared.limits)
     }
 
-    /// The places of the files that were requested so far, and of files with these names, whether or not there
-    /// are such files. Of a tiled name, only requested squares are included.
+    /// The places of the files that were requested so far, and of files with these names, whether or not
+    /// there are such files. Of a tiled name, only requested squares are included.
     pub fn places<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Vec<PathBuf> {
         let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
         let requested = slots.first.keys().chain(slots.others.keys().map(|(name, _)| name)).cloned();

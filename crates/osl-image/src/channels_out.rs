@@ -116,32 +116,49 @@ pub fn write_channels(
     }
     match ImageFormat::of(path) {
         Some(ImageFormat::Exr) => exr(path, (width, height), planes, samples),
-        _ => file::with(path, &channel_bytes(path, (width, height), planes, samples, Transfer::Srgb)?),
+        _ => {
+            let options = ChannelOptions { samples, transfer: Transfer::Srgb, software: None };
+            file::with(path, &channel_bytes(path, (width, height), planes, options)?)
+        }
     }
 }
 
-/// The bytes of a .tif, .png or .jpg file with these planes as its channels. PNG and JPEG store integers,
-/// after `transfer`.
+/// How [`channel_bytes`] stores channels.
+#[derive(Clone, Copy, Debug)]
+pub struct ChannelOptions {
+    /// The type of the samples; the format's own by default. A sample type that the format lacks is replaced
+    /// by the nearest one.
+    pub samples: Option<Samples>,
+    /// The curve between the values and the integers of PNG and JPEG.
+    pub transfer: Transfer,
+    /// The program that made the image, in a PNG: see [`PngOptions::software`].
+    pub software: Option<&'static str>,
+}
+
+/// The bytes of a .tif, .png or .jpg file with these planes as its channels. PNG and JPEG store integers.
 ///
 /// **Shape** and **Errors**: as for [`write_channels`].
 pub fn channel_bytes(
     path: &Path,
     (width, height): (usize, usize),
     planes: &[&[f32]],
-    samples: Option<Samples>,
-    transfer: Transfer,
+    options: ChannelOptions,
 ) -> Result<Vec<u8>, ImageError> {
     check_size(path, width, height)?;
     for (i, plane) in planes.iter().enumerate() {
         check_plane(path, &format!("plane {i}"), plane, width * height)?;
     }
     match ImageFormat::of(path) {
-        Some(ImageFormat::Tiff) => tiff(path, (width, height), planes, samples.unwrap_or(Samples::Float)),
-        Some(ImageFormat::Png) => {
-            let depth = if samples == Some(Samples::Short) { BitDepth::Sixteen } else { BitDepth::Eight };
-            png_bytes(path, width, height, planes, PngOptions { transfer, depth })
+        Some(ImageFormat::Tiff) => {
+            tiff(path, (width, height), planes, options.samples.unwrap_or(Samples::Float))
         }
-        Some(ImageFormat::Jpeg) => jpeg(path, (width, height), planes, transfer),
+        Some(ImageFormat::Png) => {
+            let depth =
+                if options.samples == Some(Samples::Short) { BitDepth::Sixteen } else { BitDepth::Eight };
+            let ChannelOptions { transfer, software, .. } = options;
+            png_bytes(path, width, height, planes, PngOptions { transfer, depth, software })
+        }
+        Some(ImageFormat::Jpeg) => jpeg(path, (width, height), planes, options.transfer),
         _ => Err(ImageError::input(path, "the name must end in .exr, .tif, .png or .jpg")),
     }
 }

@@ -1,4 +1,5 @@
-//! One resolution of a texture: where its texels are. This module must not know how levels are made or filtered.
+//! One resolution of a texture: where its texels are. This module must not know how levels are made or
+//! filtered.
 
 use std::sync::OnceLock;
 

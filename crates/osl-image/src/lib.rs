@@ -47,7 +47,7 @@ mod wrap;
 
 pub use attributes::{Attribute, Attributes};
 pub use cache::{Missing, TextureCache};
-pub use channels_out::{ImageFormat, Samples, channel_bytes, write_channels, write_ints};
+pub use channels_out::{ChannelOptions, ImageFormat, Samples, channel_bytes, write_channels, write_ints};
 pub use environment::environment;
 pub use error::ImageError;
 pub use exr_out::{

@@ -32,6 +32,8 @@ pub struct PngOptions {
     pub transfer: Transfer,
     /// The size of the integers.
     pub depth: BitDepth,
+    /// The program that made the image: the text `Software`. It is to have ASCII characters only.
+    pub software: Option<&'static str>,
 }
 
 /// Writes one plane as grey or three as RGB, clamped to 0..=1, halves rounded up, NaN as 0. A second or
@@ -87,7 +89,10 @@ pub fn png_bytes(
     // The fast compression takes a third of the time and a third more bytes.
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Adaptive);
-    let write = |encoder: Encoder<'_, _>| {
+    let write = |mut encoder: Encoder<'_, _>| {
+        if let Some(name) = options.software {
+            encoder.add_text_chunk("Software".to_owned(), name.to_owned())?;
+        }
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&stored)?;
         writer.finish()

@@ -13,8 +13,14 @@ use osl_image::{
 use osl_limits::Limits;
 
 fn write(path: &Path, value: f32) {
-    write_png(path, 1, 1, &[&[value]], PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight })
-        .unwrap();
+    write_png(
+        path,
+        1,
+        1,
+        &[&[value]],
+        PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight, software: None },
+    )
+    .unwrap();
 }
 
 #[test]
@@ -81,7 +87,7 @@ const BYTES: u64 = 341 + 1024;
 fn write_squares(dir: &Path, n: usize) {
     for i in 0..n {
         let plane: Vec<f32> = (0..256).map(|p| ((p * 7 + i * 13) % 256) as f32 / 255.0).collect();
-        let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
+        let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight, software: None };
         write_png(&dir.join(format!("{i}.png")), 16, 16, &[&plane], options).unwrap();
     }
 }

@@ -14,7 +14,7 @@ const ODD: [f32; 6] = [0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e
 
 const FLOAT: ExrOptions =
     ExrOptions { samples: SampleType::Float, compression: ExrCompression::Zip16, part: None, software: None };
-const PNG8: PngOptions = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
+const PNG8: PngOptions = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight, software: None };
 
 fn bits(values: &[f32]) -> Vec<u32> {
     values.iter().map(|v| v.to_bits()).collect()
@@ -161,14 +161,14 @@ fn png_bytes_follow_the_transfer() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.png");
     let (r, g, b) = ([0.0, 0.5, 2.0_f32], [0.18, -1.0, f32::NAN], [1.0, 0.002, f32::INFINITY]);
-    let srgb = PngOptions { transfer: Transfer::for_channels(3), depth: BitDepth::Eight };
+    let srgb = PngOptions { transfer: Transfer::for_channels(3), depth: BitDepth::Eight, software: None };
     write_png(&path, 3, 1, &[&r, &g, &b], srgb).unwrap();
     let back = read_image(&path).unwrap();
     assert_eq!((back.stored, back.channels), (StoredType::U8, ["R", "G", "B"].map(str::to_owned).to_vec()));
     let bytes: Vec<u8> = back.samples.iter().map(|v| (v * 255.0).round() as u8).collect();
     assert_eq!(bytes, [0, 118, 255, 188, 0, 7, 255, 0, 255]);
 
-    let grey = PngOptions { transfer: Transfer::for_channels(1), depth: BitDepth::Sixteen };
+    let grey = PngOptions { transfer: Transfer::for_channels(1), depth: BitDepth::Sixteen, software: None };
     write_png(&path, 3, 1, &[&r], grey).unwrap();
     let back = read_image(&path).unwrap();
     assert_eq!((back.stored, back.channels), (StoredType::U16, vec!["Y".to_owned()]));

@@ -1,5 +1,5 @@
-//! The range of the values of an image's component: smallest, largest and mean. It must not know which component
-//! that is.
+//! The range of the values of an image's component: smallest, largest and mean. It must not know which
+//! component that is.
 
 use serde::Serialize;
 
@@ -43,8 +43,8 @@ impl Range {
     }
 }
 
-/// Adds a value to the sum, the smallest and the largest value of a lane. A comparison with NaN is false, so NaN is
-/// never the smallest or the largest.
+/// Adds a value to the sum, the smallest and the largest value of a lane. A comparison with NaN is false, so
+/// NaN is never the smallest or the largest.
 fn take(((sum, min, max), value): (&mut (f64, f32, f32), &f32)) {
     *sum += f64::from(*value);
     *min = if *value < *min { *value } else { *min };

@@ -1,5 +1,5 @@
-//! Numeric events: each kind at exactly the points where plain arithmetic has it, nothing where nothing happens,
-//! and no change of the values.
+//! Numeric events: each kind at exactly the points where plain arithmetic has it, nothing where nothing
+//! happens, and no change of the values.
 
 #![allow(
     clippy::unwrap_used,
@@ -197,7 +197,8 @@ fn several_times_at_a_point_are_counted() {
     assert_eq!(told(&examine(&text)), [expected(Kind::Domain, 4, |u, _| if u == 0.0 { 5 } else { 1 })]);
 }
 
-/// A difference that crosses 0 at few points is no event; where it is computed at few points, they are all of them.
+/// A difference that crosses 0 at few points is no event; where it is computed at few points, they are all of
+/// them.
 #[test]
 fn crossings_of_zero_are_not_told() {
     let on = |grid: Grid, text: &str| told(&examine_on("s.osl", &shader(text), &grid, &options(&grid)));

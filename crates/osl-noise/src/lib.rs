@@ -3,10 +3,10 @@
 //!
 //! Every field is written once, as an inlined body for one point (`cell`, `perlin`, `simplex` on top of
 //! `hash`). The scalar functions of `field` call this body, and `batch` puts it into loops that the compiler
-//! vectorises for each instruction set (crate `osl-simd`). Products and sums are rounded one by one, so that all forms
-//! give the same bits on every machine. Gabor noise has a variable number of terms and its own options; the
-//! module `gabor` contains all of it and uses functions from `math`. This crate must not know that a shading
-//! language exists.
+//! vectorises for each instruction set (crate `osl-simd`). Products and sums are rounded one by one, so that
+//! all forms give the same bits on every machine. Gabor noise has a variable number of terms and its own
+//! options; the module `gabor` contains all of it and uses functions from `math`. This crate must not know
+//! that a shading language exists.
 //!
 //! Sources: the hash is Bob Jenkins' lookup3; gradient noise follows K. Perlin, *Improving Noise*, 2002;
 //! simplex noise S. Gustavson, *Simplex noise demystified*, 2005; constants and orders of evaluation are

@@ -1,8 +1,8 @@
 //! Masks and integers of a lane, as the arithmetic needs them.
 //!
-//! [`i32`] and [`bool`] are those of a single point (`single`). Another implementation may stand for values that are not
-//! known yet, such as those of code under construction: so a body never asks for a value, but chooses with
-//! `select`. This module must not know what a body computes.
+//! [`i32`] and [`bool`] are those of a single point (`single`). Another implementation may stand for values
+//! that are not known yet, such as those of code under construction: so a body never asks for a value, but
+//! chooses with `select`. This module must not know what a body computes.
 
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, BitXor, Not};

@@ -3,9 +3,9 @@
 //!
 //! [`for_each_lane_op!`](crate::for_each_lane_op) lists each operation with its shape, the body that computes
 //! one lane, and the facts that passes and reports need: [`Cost`], [`Continuity`], [`Precision`],
-//! [`Domain`], [`Derivative`]. A line that lacks one of them does not compile. Folding calls the body ([`LaneOp::eval`],
-//! in `eval`); the interpreter stamps the same body into loops. So folding and running have the same
-//! arithmetic by construction. This module must not know passes.
+//! [`Domain`], [`Derivative`]. A line that lacks one of them does not compile. Folding calls the body
+//! ([`LaneOp::eval`], in `eval`); the interpreter stamps the same body into loops. So folding and running
+//! have the same arithmetic by construction. This module must not know passes.
 
 mod eval;
 mod facts;
@@ -15,7 +15,8 @@ pub use facts::{Continuity, Cost, Derivative, Domain, Precision};
 use crate::Kind;
 
 /// Calls `$callback!` with the lines of all lane operations:
-/// `Name "text" class (argument types) -> result type, module::body, cost continuity precision domain, derivative;`
+/// `Name "text" class (argument types) -> result type, module::body, cost continuity precision domain,
+/// derivative;`
 ///
 /// - Types: `F` float, `I` int, `T` triple, `M` matrix, `S` string (its number in the string table), `K`
 ///   closure.
@@ -23,8 +24,8 @@ use crate::Kind;
 ///   component); class `whole` takes exactly the types that it names.
 /// - Body: a function of `this crate`.
 /// - Cost, continuity, precision, domain: a variant of [`Cost`](crate::Cost),
-///   [`Continuity`](crate::Continuity), [`Precision`](crate::Precision) and [`Domain`](crate::Domain), in small
-///   letters.
+///   [`Continuity`](crate::Continuity), [`Precision`](crate::Precision) and [`Domain`](crate::Domain), in
+///   small letters.
 /// - Derivative: `none`, `zero` or `late`, see [`Derivative`](crate::Derivative), or a function of
 ///   `passes/derive/rules`.
 #[macro_export]

@@ -1,8 +1,8 @@
 //! The numbers of the arithmetic, as traits.
 //!
 //! A body is written once, for any [`Number`] or [`Real`]. `f32` is the strict arithmetic: products and sums
-//! are rounded one by one, and functions are the approximations of [`strict`](super::strict). Other arithmetics
-//! ([binary64](super::double) as a reference, [cheaper approximations](super::fast)) are other
+//! are rounded one by one, and functions are the approximations of [`strict`](super::strict). Other
+//! arithmetics ([binary64](super::double) as a reference, [cheaper approximations](super::fast)) are other
 //! implementations; the bodies stay the same. An implementation need not know a value: it may record the
 //! operations instead, to make code of them. So the truth of a comparison is a [`Mask`], an integer is an
 //! [`Int`], and a body that needs values asks for them with [`Real::by_value`].
@@ -75,8 +75,8 @@ pub trait Number:
 /// The operators and `sqrt` are the IEEE operations, each correctly rounded, never contracted.
 ///
 /// Caution if the element type is known to be `f32`: `x.sin()` is then the standard library's, whose bits
-/// depend on the platform. Call [`strict::sin`](super::strict::sin) there. In generic code, the method below is the only
-/// candidate.
+/// depend on the platform. Call [`strict::sin`](super::strict::sin) there. In generic code, the method below
+/// is the only candidate.
 pub trait Real: Number {
     /// The integers that go with it.
     type Int: Int<Mask = Self::Mask>;

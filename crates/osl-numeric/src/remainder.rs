@@ -5,8 +5,8 @@
 
 use super::rounding::{SIGNED_WHOLE_64, pick};
 
-/// Quotients below this magnitude are truncated exactly: a quotient of floats that is not whole differs from the
-/// next whole number by more than 2^-24, and below this magnitude it is rounded by at most 2^-25.
+/// Quotients below this magnitude are truncated exactly: a quotient of floats that is not whole differs from
+/// the next whole number by more than 2^-24, and below this magnitude it is rounded by at most 2^-25.
 const MOST: f64 = (1 << 28) as f64;
 
 /// `a % b`, and whether it is that: not if the quotient is too large, or if one of the numbers is infinite or

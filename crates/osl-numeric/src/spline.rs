@@ -1,10 +1,10 @@
 //! Splines of floats at one point, and the search for the position at which they reach a value.
 //!
 //! The built-in `spline` is ordinary instructions over its knots; this module evaluates the same polynomials
-//! for the search alone. A [`Curve`] is prepared once for all positions that are searched in the same knots. The
-//! search is written in steps without branches, so that a caller can take them for many points at once. This
-//! module must not know arrays of the language, nor how many points are searched together. Source: OSL language
-//! specification, chapter on splines.
+//! for the search alone. A [`Curve`] is prepared once for all positions that are searched in the same knots.
+//! The search is written in steps without branches, so that a caller can take them for many points at once.
+//! This module must not know arrays of the language, nor how many points are searched together. Source: OSL
+//! language specification, chapter on splines.
 
 use super::basis::{Basis, CONSTANT, SIXTH};
 use super::tangent::Dual;
@@ -253,9 +253,9 @@ impl<R: Scalar> Curve<R> {
         self.find(y)
     }
 
-    /// The derivative of [`Curve::inverse`] if `y` changes by `change`: the result of differentiating the steps
-    /// of its search, as in the reference. It is the reciprocal of the spline's slope only as far as the search
-    /// has converged, and 0 beyond the ends.
+    /// The derivative of [`Curve::inverse`] if `y` changes by `change`: the result of differentiating the
+    /// steps of its search, as in the reference. It is the reciprocal of the spline's slope only as far as
+    /// the search has converged, and 0 beyond the ends.
     pub fn inverse_derivative(&self, y: R, change: R) -> R {
         self.find(Dual { v: y, d: change }).d
     }

@@ -1,9 +1,9 @@
-//! The choice of instruction set: detected once, then passed as a value that proves its presence; and registers
-//! of sixteen words for AVX-512.
+//! The choice of instruction set: detected once, then passed as a value that proves its presence; and
+//! registers of sixteen words for AVX-512.
 //!
-//! The unsafe code is the calls of functions compiled for a feature set that the [`Isa`] proves, the registers of
-//! `wide`, and a conversion to integers that compiles to one vector instruction. This crate must not know what is
-//! computed.
+//! The unsafe code is the calls of functions compiled for a feature set that the [`Isa`] proves, the
+//! registers of `wide`, and a conversion to integers that compiles to one vector instruction. This crate must
+//! not know what is computed.
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
 
@@ -249,8 +249,9 @@ fn has(feature: &str) -> bool {
     }
 }
 
-// A kernel that dispatches another one stays apart from it: without `never`, a function for an instruction set would
-// also contain what it calls, and compiling a function takes more than twice the time if it is twice as large.
+// A kernel that dispatches another one stays apart from it: without `never`, a function for an instruction
+// set would also contain what it calls, and compiling a function takes more than twice the time if it is
+// twice as large.
 #[inline(never)]
 fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()

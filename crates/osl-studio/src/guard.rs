@@ -1,7 +1,7 @@
 //! Who may talk to the server: the secret in the address, the name of the host, and the page that asks.
 //!
-//! A page from elsewhere in the same browser can send requests to the loopback interface. It does not know the
-//! secret, its `Origin` is another one, and after a name of its own was made to point here, the `Host` is
+//! A page from elsewhere in the same browser can send requests to the loopback interface. It does not know
+//! the secret, its `Origin` is another one, and after a name of its own was made to point here, the `Host` is
 //! another one too. This module must not know sockets.
 
 use std::fmt::Write;

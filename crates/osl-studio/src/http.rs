@@ -123,8 +123,8 @@ pub(crate) fn answer(stream: &mut TcpStream, answer: &Answer<'_>) {
     drain(stream);
 }
 
-/// Reads what the client still sends, for a moment and up to the size of a head: closing with bytes unread would reset the connection, and the
-/// client could lose the answer.
+/// Reads what the client still sends, for a moment and up to the size of a head: closing with bytes unread
+/// would reset the connection, and the client could lose the answer.
 fn drain(stream: &mut TcpStream) {
     let started = Instant::now();
     let (mut block, mut room) = ([0; 4096], MAX_HEAD);

@@ -23,8 +23,8 @@ pub struct State {
     pub lit: bool,
     /// The values that become black and white, as after `--range`; a picture with light has none.
     pub range: Option<String>,
-    /// What covers the picture: `outside` marks the values that it does not show, `difference` shows how much it
-    /// differs from the pinned one.
+    /// What covers the picture: `outside` marks the values that it does not show, `difference` shows how much
+    /// it differs from the pinned one.
     pub layer: Option<String>,
 }
 

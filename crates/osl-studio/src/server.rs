@@ -1,5 +1,5 @@
-//! The server: accepts connections on the loopback interface, turns away those that may not be here, and answers
-//! with a file of the page or with a session.
+//! The server: accepts connections on the loopback interface, turns away those that may not be here, and
+//! answers with a file of the page or with a session.
 //!
 //! The number of connections is bounded, and so are the size of a message and the time for a request. This
 //! module must not know what a session says.

@@ -1,9 +1,11 @@
-//! One open page: reads its requests, decides which work is next and which is outdated, and sends the answers.
+//! One open page: reads its requests, decides which work is next and which is outdated, and sends the
+//! answers.
 //!
 //! Two threads share an [`Inbox`]. The reader puts the newest request there, cancels the work that it makes
 //! outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
-//! state, the newest point and the newest line are kept, so a fast page and a slow shader need no queue. A page
-//! that does not read its answers stops only its own worker. This module must not know how a connection is made.
+//! state, the newest point and the newest line are kept, so a fast page and a slow shader need no queue. A
+//! page that does not read its answers stops only its own worker. This module must not know how a connection
+//! is made.
 
 use crate::protocol::{self, Request, State};
 use crate::server::PATIENCE;
@@ -22,8 +24,8 @@ const MAX_MESSAGE: usize = 256 << 10;
 const EVERY: Duration = Duration::from_millis(150);
 /// How long a small picture may wait for a page that does not read.
 const SOON: Duration = Duration::from_millis(20);
-/// A small picture comes first if the whole one takes longer than the first of these times; after each further
-/// one its pixels are twice as wide.
+/// A small picture comes first if the whole one takes longer than the first of these times; after each
+/// further one its pixels are twice as wide.
 const SMALL_ABOVE: [Duration; 3] =
     [Duration::from_millis(25), Duration::from_millis(600), Duration::from_millis(2400)];
 
@@ -182,8 +184,8 @@ impl Write for ReadHalf {
     }
 }
 
-/// Serves a page until it is closed. `rest` was sent after the request; `turn` is held while a picture is made,
-/// so that many pages do not need the memory of as many pictures.
+/// Serves a page until it is closed. `rest` was sent after the request; `turn` is held while a picture is
+/// made, so that many pages do not need the memory of as many pictures.
 pub(crate) fn run(stream: TcpStream, rest: Vec<u8>, subject: Box<dyn Subject>, turn: Arc<Mutex<()>>) {
     let Ok(writing) = stream.try_clone() else { return };
     let shared = Arc::new(Shared::default());
@@ -284,8 +286,8 @@ struct Worker {
 /// The page cannot be reached any more.
 struct Gone;
 
-/// How many columns and rows of the picture a pixel of a small one stands for; none if no small picture is worth
-/// its time. `whole` is the time of the last whole picture.
+/// How many columns and rows of the picture a pixel of a small one stands for; none if no small picture is
+/// worth its time. `whole` is the time of the last whole picture.
 fn step(whole: Option<Duration>) -> Option<usize> {
     let Some(whole) = whole else { return Some(4) };
     let times = SMALL_ABOVE.iter().filter(|time| whole > **time).count();

@@ -33,8 +33,9 @@ pub trait Subject: Send {
         files: &mut Files,
     ) -> Result<Picture, Stop>;
 
-    /// Keeps the values of the picture of a state, in place of others, for a layer that shows the difference to them;
-    /// without a state, keeps none. A picture without values of its own, such as one with light, has none to keep.
+    /// Keeps the values of the picture of a state, in place of others, for a layer that shows the difference
+    /// to them; without a state, keeps none. A picture without values of its own, such as one with light, has
+    /// none to keep.
     ///
     /// # Errors
     /// The shader has errors, the run fails, or the work was cancelled.

@@ -19,8 +19,8 @@ use tungstenite::{Message, WebSocket};
 /// A failing test is better than one that waits for ever.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// A picture of two pixels that shows how many runs were cancelled. The output `slow` and the line 7 are done only
-/// when they are cancelled.
+/// A picture of two pixels that shows how many runs were cancelled. The output `slow` and the line 7 are done
+/// only when they are cancelled.
 struct Fake {
     file: PathBuf,
     cancelled: Arc<AtomicUsize>,

@@ -137,7 +137,8 @@ pub trait SourceProvider {
     /// The reason, as text for the user: not found, not text, too large.
     fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String>;
 
-    /// The names of files that an `#include` in the file `from` could name, to suggest one for a misspelt name.
+    /// The names of files that an `#include` in the file `from` could name, to suggest one for a misspelt
+    /// name.
     fn names(&self, _from: &str) -> Vec<String> {
         Vec::new()
     }

@@ -108,9 +108,9 @@ impl CompileOptions {
 
 impl CompileOptions {
     /// Makes an output of a variable at a line, in addition to the other outputs: `42:dist` is the value of
-    /// `dist` after the statement on line 42, where a point gets there several times the last one; `42:dist@3`
-    /// is that of the third visit. The output is called `line42.dist` or `line42.dist.round3`, and
-    /// `line42.dist.reached` is 1 where a point got there, unless every point does.
+    /// `dist` after the statement on line 42, where a point gets there several times the last one;
+    /// `42:dist@3` is that of the third visit. The output is called `line42.dist` or `line42.dist.round3`,
+    /// and `line42.dist.reached` is 1 where a point got there, unless every point does.
     ///
     /// The variable may be a local of a function, a parameter or a global; `42:list[2].x` is a part of one.
     /// `57/42:dist` counts only calls on line 57. `noise.h:7:n` is in an included file, or in another layer;
@@ -121,7 +121,8 @@ impl CompileOptions {
     ///
     /// let text = "shader a(output float o = 0) {\n float half = u / 2;\n o = half + 1;\n}";
     /// let shader = Shader::compile("a.osl", text)?;
-    /// let program = Group::new().layer("a", &shader).compile_with(&CompileOptions::default().tap("2:half"))?;
+    /// let options = CompileOptions::default().tap("2:half");
+    /// let program = Group::new().layer("a", &shader).compile_with(&options)?;
     /// let outputs = program.run(&Points::new(1).u([0.5]))?;
     /// assert_eq!(outputs.floats("line2.half"), Some(vec![0.25]));
     /// assert_eq!(outputs.floats("o"), Some(vec![1.25]));

@@ -59,7 +59,8 @@ fn valid() -> Vec<(PathBuf, String)> {
     for folder in ["osl", "tests/data"] {
         sources(&root().join(folder), &mut list);
     }
-    // A folder that is newer than the limits comes last, so that the slips in the other files stay what they were.
+    // A folder that is newer than the limits comes last, so that the slips in the other files stay what they
+    // were.
     let newer = root().join("tests/data/faults");
     list.sort_by_key(|(path, _)| path.starts_with(&newer));
     list

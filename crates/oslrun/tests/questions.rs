@@ -1,4 +1,5 @@
-//! `docs/questions.md`: thirteen questions about a shader, each with the command that answers it and its output.
+//! `docs/questions.md`: thirteen questions about a shader, each with the command that answers it and its
+//! output.
 //!
 //! `UPDATE_DOCS=1` writes the page and its pictures. Numbers that depend on the machine are not compared.
 

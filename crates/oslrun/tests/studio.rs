@@ -97,8 +97,8 @@ fn a_small_picture_comes_first() {
     }
 }
 
-/// The samples of the PNG file that a command line with a tap makes. There is a second file if some points do not
-/// get to the line.
+/// The samples of the PNG file that a command line with a tap makes. There is a second file if some points do
+/// not get to the line.
 fn samples_of_a_tap(args: &[&str], output: &str) -> Vec<u8> {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("{output}.png").display().to_string();

@@ -379,8 +379,8 @@ fn figures() {
     let studio = Studio::start(folder.path(), &["Cobbled.osl", "-g", "512x512"]);
     browser.open(&studio.url);
     browser.wait(IDLE);
-    // From the event of the slider until a changed picture was drawn on the canvas, the small one and the whole one,
-    // one change after another; and the parts of the time.
+    // From the event of the slider until a changed picture was drawn on the canvas, the small one and the
+    // whole one, one change after another; and the parts of the time.
     let times = browser.run_until(
         "const done = arguments[arguments.length - 1];
          const slider = document.querySelector('[data-name=radius] input[type=range]');

@@ -1,5 +1,5 @@
-//! The view of the picture and the history of the parameters on the page of `studio`, in a real browser: Chromium, if
-//! it is installed.
+//! The view of the picture and the history of the parameters on the page of `studio`, in a real browser:
+//! Chromium, if it is installed.
 
 #![allow(
     clippy::unwrap_used,
@@ -27,8 +27,8 @@ fn places(browser: &Browser) -> [[f64; 4]; 2] {
     })
 }
 
-/// Checks that the window shows each pixel of a picture that is seen, in its color and at its place. Returns how
-/// many there are.
+/// Checks that the window shows each pixel of a picture that is seen, in its color and at its place. Returns
+/// how many there are.
 fn pixels_are_in_place(browser: &Browser, (width, height): (usize, usize), samples: &[u8]) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("window.png");

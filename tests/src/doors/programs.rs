@@ -82,8 +82,8 @@ fn comparable(shown: &Shown) -> Vec<String> {
 /// The number of values below which a program's lines to blame are repaired too.
 const REPAIRED: usize = 2000;
 
-/// `explain` at one point, `sanitize` and `stability` at a few points, with pages, and repairs of small programs: within
-/// their limits, without a panic.
+/// `explain` at one point, `sanitize` and `stability` at a few points, with pages, and repairs of small
+/// programs: within their limits, without a panic.
 pub fn told(bytes: &[u8]) -> u64 {
     let text = generator::program(bytes);
     let checked = stages::check("generated.osl", &text, &NoFiles, &Options::default());

@@ -1,5 +1,5 @@
-//! Calls of functions of the language: called again with the arguments that an explanation shows, they give the
-//! results that it shows.
+//! Calls of functions of the language: called again with the arguments that an explanation shows, they give
+//! the results that it shows.
 
 use super::case::Case;
 use osl_ir::ir::Const;

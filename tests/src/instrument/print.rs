@@ -18,7 +18,8 @@ impl Writer<'_> {
         Some(())
     }
 
-    /// What an assignment or an initialiser sets of a variable: of an array only as many elements as the value has.
+    /// What an assignment or an initialiser sets of a variable: of an array only as many elements as the
+    /// value has.
     pub(super) fn set_by(&self, ty: Ty, value: Option<ExprId>) -> Ty {
         let of_value = value.and_then(|value| self.array_length(value));
         match (ty, of_value) {

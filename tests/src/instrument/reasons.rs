@@ -1,4 +1,5 @@
-//! Reasons: what an explanation says about the compiler, checked by runs of changed sources and at all points.
+//! Reasons: what an explanation says about the compiler, checked by runs of changed sources and at all
+//! points.
 //!
 //! A value that is "not needed" may be any value: changing it leaves all outputs. What is "known when the
 //! shader is compiled", or "always" so, is so at every point. Only assignments and conditions of the shader

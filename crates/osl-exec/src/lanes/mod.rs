@@ -1,10 +1,10 @@
 //! The lane operations as loops, stamped from the one list of [`osl_numeric::for_each_lane_op!`].
 //!
-//! Each body becomes plain loops over slices, in a function for each operation and instruction set; the compiler
-//! vectorises the loops. One function with the loops of all operations would save calls, but takes the compiler more
-//! than twice the time. Cheap bodies have a loop for each combination of lane arrays and single arguments,
-//! all others only one for lane arrays. Loops ignore the mask: inactive lanes compute values that are not
-//! used.
+//! Each body becomes plain loops over slices, in a function for each operation and instruction set; the
+//! compiler vectorises the loops. One function with the loops of all operations would save calls, but takes
+//! the compiler more than twice the time. Cheap bodies have a loop for each combination of lane arrays and
+//! single arguments, all others only one for lane arrays. Loops ignore the mask: inactive lanes compute
+//! values that are not used.
 
 mod lane;
 mod remainder;
@@ -343,7 +343,8 @@ macro_rules! call {
     };
 }
 
-/// What concerns an operation that differs in the fast arithmetic; nothing for the others, which use the strict loops.
+/// What concerns an operation that differs in the fast arithmetic; nothing for the others, which use the
+/// strict loops.
 macro_rules! if_fast {
     (strict $($what:tt)*) => {
         ()

@@ -40,8 +40,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     }
 }
 
-/// The word that is hashed for a number: a float counts by its single-precision word, and every NaN is the same,
-/// because its payload depends on the instruction set.
+/// The word that is hashed for a number: a float counts by its single-precision word, and every NaN is the
+/// same, because its payload depends on the instruction set.
 #[inline(always)]
 fn convert<A: ArithmeticImpl>(word: A::Word, is_float: bool) -> u32 {
     if !is_float {

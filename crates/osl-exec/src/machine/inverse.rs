@@ -1,8 +1,8 @@
 //! Inverse splines: the search for the positions of many points in one curve.
 //!
-//! If all points share the basis and the knots, the polynomials are prepared once, and sixteen searches advance
-//! together: each takes exactly the steps that it would take alone. This module must not know the steps, see
-//! [`osl_numeric::spline`].
+//! If all points share the basis and the knots, the polynomials are prepared once, and sixteen searches
+//! advance together: each takes exactly the steps that it would take alone. This module must not know the
+//! steps, see [`osl_numeric::spline`].
 
 use super::Machine;
 use super::mask::Mask;

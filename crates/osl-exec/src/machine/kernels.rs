@@ -86,8 +86,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         is_kept.then(|| Key::of(words))?
     }
 
-    /// A step with one result of one word that depends only on its arguments: `f` computes it and pays for it,
-    /// once for lanes with the same arguments. Each lane is charged as if it computed the result.
+    /// A step with one result of one word that depends only on its arguments: `f` computes it and pays for
+    /// it, once for lanes with the same arguments. Each lane is charged as if it computed the result.
     pub(super) fn once_each(
         &mut self,
         step: &KernelStep,

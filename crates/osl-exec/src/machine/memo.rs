@@ -1,8 +1,8 @@
 //! The latest results of a step that computes lane by lane: lanes with the same arguments share a result.
 //!
-//! A text or a name is a number in a batch, so that arguments are equal if their words are. Each result is kept
-//! with its cost, which every lane is charged. The table has a fixed size: a result replaces another one in the
-//! same place. This module must not know what is computed.
+//! A text or a name is a number in a batch, so that arguments are equal if their words are. Each result is
+//! kept with its cost, which every lane is charged. The table has a fixed size: a result replaces another one
+//! in the same place. This module must not know what is computed.
 
 use crate::word::Word;
 

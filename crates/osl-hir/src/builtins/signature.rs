@@ -36,7 +36,7 @@ pub struct Param {
 
 impl Param {
     /// Whether an argument of this type becomes another one. Arrays stay as they are.
-    pub(crate) fn converts(&self, given: Type) -> bool {
+    fn converts(&self, given: Type) -> bool {
         matches!(self.ty, ParamType::Of(ty) if ty != given && !self.output && !ty.is_array() && !given.is_error())
     }
 }
@@ -87,6 +87,14 @@ impl Tail {
 }
 
 impl Signature {
+    /// The numbers of the arguments of these types that are converted, from 0.
+    pub(crate) fn converted(&self, given: impl Iterator<Item = Type>) -> Vec<usize> {
+        let converts = |(index, ty): (usize, Type)| {
+            self.params.get(index).is_some_and(|param| param.converts(ty)).then_some(index)
+        };
+        given.enumerate().filter_map(converts).collect()
+    }
+
     /// Parses the notation and the names of the parameters; `None` if one of them is malformed.
     pub(super) fn parse(text: &'static str, names: &'static str) -> Option<Signature> {
         let (ret, rest) = text.split_once('(')?;

@@ -135,8 +135,8 @@ impl Findings<'_> {
         }
     }
 
-    /// Drops what only follows from another finding: that a statement which is never reached has no effect, and
-    /// that nothing reads a variable which a condition assigns where it should compare.
+    /// Drops what only follows from another finding: that a statement which is never reached has no effect,
+    /// and that nothing reads a variable which a condition assigns where it should compare.
     fn without_consequences(&mut self) {
         let of = |code: &'static str| self.list.iter().filter(move |d| d.code.id == code);
         let unreachable: FxHashSet<u32> = of("W0306").map(|d| d.span.start).collect();

@@ -147,12 +147,9 @@ impl Resolver<'_> {
         self.check_options(row, &given, signature.params.len());
         let mut args = Vec::new();
         let mut outputs = Vec::new();
-        let mut converted = Vec::new();
+        let converted = signature.converted(given.iter().map(|value| value.ty));
         for (index, value) in given.into_iter().enumerate() {
             let param = signature.params.get(index);
-            if param.is_some_and(|param| param.converts(value.ty)) {
-                converted.push(index);
-            }
             outputs.push(match param {
                 Some(param) if param.output => self.output_place(param.ty, &value),
                 None if index > 0 => {

@@ -1,5 +1,5 @@
-//! What each line of a source does: the variables that it sets, its conditions and its loops, as the taps that
-//! show them.
+//! What each line of a source does: the variables that it sets, its conditions and its loops, as the taps
+//! that show them.
 //!
 //! A variable is listed only if a tap of its name at its line finds it: one that an inner variable hides is
 //! not. This module must not know how taps are written or shown.

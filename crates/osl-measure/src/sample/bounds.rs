@@ -29,8 +29,8 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The size of the range. Of a constant its largest value stands in, and 1 if that is 0, because a share of
-    /// nothing could never be kept.
+    /// The size of the range. Of a constant its largest value stands in, and 1 if that is 0, because a share
+    /// of nothing could never be kept.
     pub fn size(&self) -> f32 {
         let [low, high] = self.ends;
         let sizes = [high - low, low.abs().max(high.abs())];
@@ -83,8 +83,8 @@ impl Weights {
         Weights(vec![1.0; planes].into())
     }
 
-    /// The smallest of some bounds, and the factors that make it stand for all. A plane with an infinite bound
-    /// does not count.
+    /// The smallest of some bounds, and the factors that make it stand for all. A plane with an infinite
+    /// bound does not count.
     pub(super) fn of(bounds: &[f32]) -> (f32, Weights) {
         let smallest = bounds.iter().copied().fold(f32::INFINITY, f32::min);
         let smallest = if smallest.is_finite() { smallest } else { 1.0 };

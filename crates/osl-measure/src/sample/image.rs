@@ -52,8 +52,8 @@ pub struct Tally {
     pub by_samples: Vec<(u32, u64)>,
     /// Pixels that need more samples than the maximum.
     pub unfinished: u64,
-    /// Pixels that probably exceed the error bound, because their samples do not suffice. It is estimated from
-    /// the pixels that were sampled first.
+    /// Pixels that probably exceed the error bound, because their samples do not suffice. It is estimated
+    /// from the pixels that were sampled first.
     pub above: f64,
     /// Pixels with a value that is NaN or infinite.
     pub not_finite: u64,

@@ -50,8 +50,8 @@ pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Ora
 pub struct Check {
     /// Pixels that were compared.
     pub pixels: u64,
-    /// Pixels whose error exceeds the requested bound of a plane by more than the oracle's standard error and the
-    /// rounding of single precision.
+    /// Pixels whose error exceeds the requested bound of a plane by more than the oracle's standard error and
+    /// the rounding of single precision.
     pub above: u64,
     /// Root mean square error, with the oracle's own error subtracted.
     pub rmse: f64,
@@ -78,8 +78,8 @@ impl Oracle {
         }
     }
 
-    /// How far a value is off: the error, the oracle's standard error, and their difference without the rounding
-    /// of single precision. `None` if the oracle does not know.
+    /// How far a value is off: the error, the oracle's standard error, and their difference without the
+    /// rounding of single precision. `None` if the oracle does not know.
     fn off(&self, plane: usize, at: usize, value: f32) -> Option<[f64; 3]> {
         let pick =
             |list: &[Vec<f32>]| list.get(plane).and_then(|p| p.get(at)).copied().map_or(f64::NAN, f64::from);
@@ -179,8 +179,9 @@ impl Watch {
         }
     }
 
-    /// Compares the recorded values with an oracle. `limits` are the requested error bounds of the planes. The
-    /// pixels that may exceed theirs are compared with an oracle of `many` samples, the others with `few`.
+    /// Compares the recorded values with an oracle. `limits` are the requested error bounds of the planes.
+    /// The pixels that may exceed theirs are compared with an oracle of `many` samples, the others with
+    /// `few`.
     ///
     /// # Errors
     /// A loop exceeds its budget.

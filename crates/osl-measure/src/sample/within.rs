@@ -1,9 +1,9 @@
 //! The image with the most samples per pixel that fit into a time.
 //!
-//! Passes over the whole image add samples to running sums, so that no sample is taken twice. Each pass at most
-//! doubles the samples, and takes at most half of those that still fit, as measured on the pass before. So the
-//! time is kept even on a machine that becomes slower meanwhile. The clock decides the number of samples and
-//! nothing else: the image has the bits of [`Shading::rows`] with the number that was reached.
+//! Passes over the whole image add samples to running sums, so that no sample is taken twice. Each pass at
+//! most doubles the samples, and takes at most half of those that still fit, as measured on the pass before.
+//! So the time is kept even on a machine that becomes slower meanwhile. The clock decides the number of
+//! samples and nothing else: the image has the bits of [`Shading::rows`] with the number that was reached.
 
 use super::error::{Block, add, steady};
 use super::image::{Image, Shading, TOGETHER, not_finite};
@@ -27,7 +27,8 @@ pub struct Timed {
     pub each: f64,
 }
 
-/// Pixels of the first, coarse pass, which measures an evaluation: one in so many, the minimum and the maximum.
+/// Pixels of the first, coarse pass, which measures an evaluation: one in so many, the minimum and the
+/// maximum.
 const COARSE: (usize, usize, usize) = (16, 64, 16384);
 /// Fewest seconds that an evaluation is taken for, whatever the clock shows.
 const QUICKEST: f64 = 1e-12;

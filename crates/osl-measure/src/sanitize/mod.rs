@@ -1,9 +1,9 @@
 //! Numeric events: operations whose result is not what the formula says, such as a division by zero or an int
 //! that wraps, counted by source line over the points of a grid.
 //!
-//! Each point is followed as by `explain`, and `detect` looks at each executed instruction; so nothing of a run
-//! changes, and code that a point does not execute has no events. `watch` counts over points, `words` describes
-//! an event, [`text`](text::text) formats a [`Report`]. This module must not know the command line.
+//! Each point is followed as by `explain`, and `detect` looks at each executed instruction; so nothing of a
+//! run changes, and code that a point does not execute has no events. `watch` counts over points, `words`
+//! describes an event, [`text`](text::text) formats a [`Report`]. This module must not know the command line.
 
 mod detect;
 pub mod text;

@@ -13,7 +13,8 @@ pub fn text(report: &Report) -> String {
         1 => "numeric events at 1 place".to_string(),
         n => format!("numeric events at {n} places"),
     };
-    let _ = writeln!(out, "{}: {found}, at {} points ({width}x{height})", report.shader, report.points);
+    let points = if report.points == 1 { "point" } else { "points" };
+    let _ = writeln!(out, "{}: {found}, at {} {points} ({width}x{height})", report.shader, report.points);
     if report.not_examined > 0 {
         let _ = writeln!(
             out,

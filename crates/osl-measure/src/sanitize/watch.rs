@@ -45,14 +45,14 @@ impl Subject {
     }
 }
 
-/// Whether the source has the instruction of a node, rather than the compiler. `written` is the number of values
-/// before derivatives were written.
+/// Whether the source has the instruction of a node, rather than the compiler. `written` is the number of
+/// values before derivatives were written.
 fn is_of_source(node: &Node, written: usize) -> bool {
     node.span != Span::default() && node.result.is_none_or(|value| value.index() < written)
 }
 
-/// The events of a point, except cancellations, which only the other points can judge. `written` is the number
-/// of values of the body before derivatives were written.
+/// The events of a point, except cancellations, which only the other points can judge. `written` is the
+/// number of values of the body before derivatives were written.
 pub(crate) fn events_at(trace: &Trace, written: usize, sources: &SourceMap) -> BTreeSet<(Span, Kind)> {
     let mut all = BTreeSet::new();
     for node in trace.nodes.iter().filter(|node| is_of_source(node, written)) {
@@ -155,8 +155,8 @@ pub fn sanitize(
     Examined { report, happened }
 }
 
-/// A step that visits each of `count` points once, and leaves no large part of them for the end: near the golden
-/// section, and with no common divisor.
+/// A step that visits each of `count` points once, and leaves no large part of them for the end: near the
+/// golden section, and with no common divisor.
 fn stride(count: usize) -> usize {
     const GOLDEN: f64 = 0.618_034;
     let near = (count as f64 * GOLDEN) as usize;

@@ -32,8 +32,8 @@ pub struct Culprit {
     /// What lines are ranked by: the error that the instruction magnifies, and with less weight the error of
     /// its rounding.
     pub score: f64,
-    /// The larger of these two errors, as a share of the outputs' range, averaged over the examined points. For
-    /// numeric events, the share of the points.
+    /// The larger of these two errors, as a share of the outputs' range, averaged over the examined points.
+    /// For numeric events, the share of the points.
     pub error: f64,
     /// The explanation, in words.
     pub why: String,
@@ -58,8 +58,9 @@ pub struct Found {
     pub skipped: usize,
 }
 
-/// The lines that harm the points of a setting. `planes` is the result of the run at that setting. If its errors
-/// are too small to blame anybody, `blames` is false, and the points with the largest errors are not followed.
+/// The lines that harm the points of a setting. `planes` is the result of the run at that setting. If its
+/// errors are too small to blame anybody, `blames` is false, and the points with the largest errors are not
+/// followed.
 pub fn culprits(
     subject: &Subject<'_>,
     grid: &Grid,

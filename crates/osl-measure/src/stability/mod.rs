@@ -3,8 +3,8 @@
 //! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
 //! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results. `blame`
 //! follows the error of single points back to the instructions that made it; `lines` sums this up by source
-//! line. `fix` rewrites the lines to blame and proves what that is worth. This module must not know the command
-//! line; [`text`] and [`html`] format a [`Report`].
+//! line. `fix` rewrites the lines to blame and proves what that is worth. This module must not know the
+//! command line; [`text`] and [`html`] format a [`Report`].
 
 mod blame;
 mod cost;
@@ -39,8 +39,8 @@ pub struct Report {
     /// The lines to blame for the error at the given setting, the worst first. Empty if there is nothing to
     /// blame: the largest error is below 1e-4 of the range.
     pub culprits: Vec<Culprit>,
-    /// Lines with numeric events, such as arguments outside of a domain, and derivatives of what jumps, at the
-    /// given setting.
+    /// Lines with numeric events, such as arguments outside of a domain, and derivatives of what jumps, at
+    /// the given setting.
     pub noticed: Vec<Culprit>,
     /// The lines that fail first beyond the ranges in which the points are right.
     pub beyond: Vec<Culprit>,

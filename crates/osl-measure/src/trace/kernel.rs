@@ -1,5 +1,6 @@
-//! Calls that need more than a lane's arithmetic, for one point: noise fields and matrices between named spaces
-//! are evaluated in both arithmetics; all other kernels run in the interpreter, as a program with that one call.
+//! Calls that need more than a lane's arithmetic, for one point: noise fields and matrices between named
+//! spaces are evaluated in both arithmetics; all other kernels run in the interpreter, as a program with that
+//! one call.
 
 use super::{Exact, Node, NodeId, OnePoint, What};
 use osl_exec::{Arithmetic, Frame, Program, RunOptions, Services, noise_kind};

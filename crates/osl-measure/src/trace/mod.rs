@@ -44,8 +44,8 @@ pub enum What {
     /// The join of two paths, one for each arithmetic: the condition that separated them if there was one,
     /// the strict value, the exact value.
     Meet,
-    /// A note, or a check of an index. Its value is 1 in the arithmetics that come by, and absent in the other
-    /// one.
+    /// A note, or a check of an index. Its value is 1 in the arithmetics that come by, and absent in the
+    /// other one.
     Note(Arc<Kernel>),
 }
 

@@ -29,8 +29,8 @@ fn measured<'a>(trade: &'a Trade, output: &'a Output) -> Measured<'a> {
     Measured { rows: &trade.rows, errors: &output.errors, oracle: output.oracle_error }
 }
 
-/// The fastest row with at most this error at 999 of 1000 pixels. The strict arithmetic is preferred if no other
-/// row is faster beyond the spread of the times.
+/// The fastest row with at most this error at 999 of 1000 pixels. The strict arithmetic is preferred if no
+/// other row is faster beyond the spread of the times.
 fn choice<'a>(trade: &'a Trade, output: &Output, bound: f64) -> Option<&'a Row> {
     let keeps = |at: &usize| output.errors.get(*at).is_some_and(|error| error.nearly_all <= bound);
     let rows = || (0..trade.rows.len()).filter(keeps);

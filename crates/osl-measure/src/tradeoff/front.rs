@@ -34,8 +34,8 @@ impl Measured<'_> {
         error(row) < (1.0 - ALIKE) * error(than)
     }
 
-    /// Whether a row makes another one needless: it is better in one respect and not worse in the other. Of two
-    /// rows that do not differ, the first one does.
+    /// Whether a row makes another one needless: it is better in one respect and not worse in the other. Of
+    /// two rows that do not differ, the first one does.
     fn beats(&self, row: usize, other: usize) -> bool {
         let better = [self.is_faster(row, other), self.is_closer(row, other)];
         let worse = [self.is_faster(other, row), self.is_closer(other, row)];

@@ -4,8 +4,8 @@ use super::Trade;
 use super::advice::{advice, short};
 use std::fmt::Write;
 
-/// A table for each output, with a star at the rows that no other row beats, and at the end what to take for an
-/// error.
+/// A table for each output, with a star at the rows that no other row beats, and at the end what to take for
+/// an error.
 pub fn text(trade: &Trade) -> String {
     let mut out = format!(
         "{}, {}x{} pixels; oracle: {}, {} samples a pixel; times: median of {} rounds\n",

@@ -98,8 +98,8 @@ fn guides(picture: &Picture) -> Option<Vec<Guide>> {
     Some((0..count).into_par_iter().map(guide).collect())
 }
 
-/// The light without single pixels that are brighter than all pixels around them: these are paths that found a
-/// lamp by chance.
+/// The light without single pixels that are brighter than all pixels around them: these are paths that found
+/// a lamp by chance.
 fn without_spikes(light: &[Vec3], guides: &[Guide], [width, height]: [usize; 2]) -> Vec<Vec3> {
     let brightness: Vec<f32> = light.par_iter().map(|x| x.element_sum()).collect();
     let pixel = |at: usize| {

@@ -318,9 +318,10 @@ impl<'a> Writer<'_, 'a> {
         self.line.end
     }
 
-    /// Whether metadata begins here: if it does not fit, it goes to its own line, however short the first line is.
-    /// Only texts with syntax errors have `[[` among the values of an initialiser: a line there is broken after
-    /// a comma if one fits, because that break is kept as the end of a row, and the row may fit without another.
+    /// Whether metadata begins here: if it does not fit, it goes to its own line, however short the first
+    /// line is. Only texts with syntax errors have `[[` among the values of an initialiser: a line there is
+    /// broken after a comma if one fits, because that break is kept as the end of a row, and the row may fit
+    /// without another.
     fn is_metadata(&self, at: usize) -> bool {
         let fact = self.fact(at);
         let among_values = fact.depth > 1 || self.bracket(fact.outer).rows == Rows::Kept;

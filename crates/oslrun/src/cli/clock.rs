@@ -1,5 +1,5 @@
-//! `--budget SECONDS` of commands that can stop early: a clock that cancels their work. This module must not know
-//! what is cancelled.
+//! `--budget SECONDS` of commands that can stop early: a clock that cancels their work. This module must not
+//! know what is cancelled.
 
 use osl_limits::Cancel;
 use std::sync::mpsc;

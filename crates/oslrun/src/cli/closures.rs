@@ -9,8 +9,8 @@ use std::sync::Arc;
 /// The largest frame whose closures are shown point by point.
 const EACH: usize = 64;
 
-/// Shows the closures of a picture whose first pixel is `corner`. In a small frame, those of each point; else, for each name, the number of points, the
-/// range of weights, and an example.
+/// Shows the closures of a picture whose first pixel is `corner`. In a small frame, those of each point;
+/// else, for each name, the number of points, the range of weights, and an example.
 pub(super) fn show(frame: &Frame, width: usize, corner: (usize, usize), out: &mut dyn Write) {
     for closures in &frame.closures {
         if closures.points.len() <= EACH {

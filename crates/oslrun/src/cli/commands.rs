@@ -78,8 +78,8 @@ pub(super) enum Command {
     /// Write a page that shows the source of a shader, with a picture of each variable beside the line that
     /// sets it.
     PictureBook(Box<BookArgs>),
-    /// Show a shader on a live page in the browser: its source, its picture, its parameters as sliders, and what
-    /// happens at the pixel under the mouse.
+    /// Show a shader on a live page in the browser: its source, its picture, its parameters as sliders, and
+    /// what happens at the pixel under the mouse.
     Studio(Box<StudioArgs>),
     /// Render a picture of a scene file: lighting, with the shaders of its materials.
     Render(RenderArgs),

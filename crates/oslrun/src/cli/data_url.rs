@@ -11,7 +11,7 @@ pub(super) fn png(
     transfer: Transfer,
 ) -> Option<String> {
     let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
-    let options = PngOptions { transfer, depth: BitDepth::Eight };
+    let options = PngOptions { transfer, depth: BitDepth::Eight, software: None };
     let bytes = png_bytes(Path::new("picture"), width, height, &planes, options).ok()?;
     Some(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
 }

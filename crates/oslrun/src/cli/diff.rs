@@ -1,5 +1,5 @@
-//! The difference between two texts, in the unified format. It knows nothing of shaders, and who prints it escapes
-//! what a terminal would obey.
+//! The difference between two texts, in the unified format. It knows nothing of shaders, and who prints it
+//! escapes what a terminal would obey.
 
 use similar::TextDiff;
 

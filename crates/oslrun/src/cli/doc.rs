@@ -1,4 +1,5 @@
-//! `oslrun doc [NAME]`: the reference of the language: functions, closures, globals, types, statements, nodes.
+//! `oslrun doc [NAME]`: the reference of the language: functions, closures, globals, types, statements,
+//! nodes.
 
 use super::Failure;
 use super::info::{self, Metadatum, Shader};
@@ -13,8 +14,8 @@ use std::io::Write;
 /// What to describe.
 #[derive(Debug, Args)]
 pub(super) struct DocArgs {
-    /// A function, a closure, a global, a type, a statement or a built-in node: smoothstep, diffuse, P, point,
-    /// for, remap (default: list all).
+    /// A function, a closure, a global, a type, a statement or a built-in node: smoothstep, diffuse, P,
+    /// point, for, remap (default: list all).
     #[arg(value_name = "NAME")]
     pub(super) name: Option<String>,
     /// Print the whole reference of the functions as Markdown: docs/builtins.md.

@@ -103,8 +103,8 @@ pub(super) fn pixel_json(run: &RunArgs, at: (usize, usize), err: &mut dyn Write)
     }
 }
 
-/// The explanation of the point at a pixel, closest to a place of the patch, or in the middle; and its place in
-/// words.
+/// The explanation of the point at a pixel, closest to a place of the patch, or in the middle; and its place
+/// in words.
 fn found(
     run: &RunArgs,
     (loaded, noted): (&Loaded, Body),

@@ -22,8 +22,8 @@ pub(super) struct Histogram {
     mean: Option<f64>,
     /// The standard deviation.
     deviation: Option<f64>,
-    /// How many values are in each part of the range, from the smallest on. All parts have the same width, and
-    /// each value at a border counts in the upper part, except the largest value.
+    /// How many values are in each part of the range, from the smallest on. All parts have the same width,
+    /// and each value at a border counts in the upper part, except the largest value.
     counts: Vec<u64>,
     /// Values that are NaN or infinite.
     nan: u64,

@@ -93,7 +93,8 @@ fn instead(command: &str, option: &str) -> &'static str {
     }
 }
 
-/// The options that have no effect in a comparison, which uses the values of a run and writes its own picture.
+/// The options that have no effect in a comparison, which uses the values of a run and writes its own
+/// picture.
 const COMPARED: [&str; 11] = [
     "within",
     "format",

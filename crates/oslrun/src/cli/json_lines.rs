@@ -1,8 +1,8 @@
 //! `--message-format json`: every line of the standard error is a JSON object.
 //!
-//! Diagnostics and messages of shaders are printed as objects by those who know their parts. This writer turns
-//! every other line, such as `error: cannot read a.osl`, into an object with a severity and a message. It must
-//! not know who prints.
+//! Diagnostics and messages of shaders are printed as objects by those who know their parts. This writer
+//! turns every other line, such as `error: cannot read a.osl`, into an object with a severity and a message.
+//! It must not know who prints.
 
 use serde::Serialize;
 use serde::de::IgnoredAny;
@@ -71,8 +71,8 @@ impl Drop for JsonLines<'_> {
     }
 }
 
-/// Whether a command line asks for JSON. It is read as words, since it may be wrong, and then the message about
-/// it is an object too.
+/// Whether a command line asks for JSON. It is read as words, since it may be wrong, and then the message
+/// about it is an object too.
 pub(super) fn requested(args: &[OsString]) -> bool {
     const OPTION: &str = "--message-format";
     let mut words = args.iter().map(|word| word.to_string_lossy()).take_while(|word| word != "--").peekable();

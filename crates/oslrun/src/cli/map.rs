@@ -1,5 +1,5 @@
-//! Pictures of a number at each point: EXR with a channel for each layer, TIFF with the largest of all layers,
-//! PNG and JPEG with the largest as grey. This module must not know what the numbers are.
+//! Pictures of a number at each point: EXR with a channel for each layer, TIFF with the largest of all
+//! layers, PNG and JPEG with the largest as grey. This module must not know what the numbers are.
 
 use super::Failure;
 use super::software::{self, SOFTWARE};
@@ -26,7 +26,7 @@ pub(super) fn write(
     let white = if ImageFormat::of(path) == Some(ImageFormat::Tiff) { 1.0 } else { white };
     let worst: Vec<f32> =
         (0..points).map(|point| at(point).fold(0.0_f32, |a, b| a.max(*b)) / white).collect();
-    let bytes =
-        channel_bytes(path, (width, height), &[&worst], None, Transfer::Linear).map_err(Failure::new)?;
-    osl_files::replace(path, &software::named(&bytes)).map_err(Failure::new)
+    let bytes = channel_bytes(path, (width, height), &[&worst], software::named(Transfer::Linear))
+        .map_err(Failure::new)?;
+    osl_files::replace(path, &bytes).map_err(Failure::new)
 }

@@ -400,8 +400,8 @@ fn single(
         if format != Some(ImageFormat::Jpeg) {
             planes.extend(covered.as_deref());
         }
-        let bytes =
-            channel_bytes(&named, args.size(), &planes, None, shown.transfer).map_err(Failure::new)?;
+        let bytes = channel_bytes(&named, args.size(), &planes, software::named(shown.transfer))
+            .map_err(Failure::new)?;
         set.add(name, &bytes)?;
         notes.extend(shown.note);
     }
@@ -441,7 +441,7 @@ impl ImageSet<'_> {
             }
             None => Unsaved::new(self.path),
         };
-        let file = unsaved.and_then(|file| file.with(&software::named(bytes))).map_err(Failure::new)?;
+        let file = unsaved.and_then(|file| file.with(bytes)).map_err(Failure::new)?;
         self.files.push(file);
         Ok(())
     }

@@ -61,7 +61,7 @@ impl Stored {
         }
         let bytes = self.flat(picture, named)?;
         let file = path.map_or_else(|| Ok(Unsaved::in_memory()), Unsaved::new);
-        file.and_then(|file| file.with(&software::named(&bytes))).map_err(Failure::new)
+        file.and_then(|file| file.with(&bytes)).map_err(Failure::new)
     }
 
     fn exr(self, picture: &Picture, path: Option<&Path>) -> Result<Unsaved, Failure> {
@@ -91,14 +91,14 @@ impl Stored {
         let planes = self.planes(picture, is_shown)?;
         let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
         let size = (picture.width, picture.height);
-        osl_image::channel_bytes(named, size, &planes, None, Transfer::Srgb).map_err(Failure::new)
+        osl_image::channel_bytes(named, size, &planes, software::named(Transfer::Srgb)).map_err(Failure::new)
     }
 
     /// The channels of the light, and the samples that a PNG file stores.
     pub(super) fn samples(self, picture: &Picture) -> Result<(usize, Vec<u8>), Failure> {
         let planes = self.planes(picture, true)?;
         let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
-        let options = PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight };
+        let options = PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight, software: None };
         Ok((planes.len(), png_samples(&planes, picture.width * picture.height, options)))
     }
 

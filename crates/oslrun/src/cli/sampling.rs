@@ -1,5 +1,5 @@
-//! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`, `--within`: images with a number of samples
-//! per pixel other than one.
+//! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`, `--within`: images with a number
+//! of samples per pixel other than one.
 
 use super::Failure;
 use super::args::SampleArgs;

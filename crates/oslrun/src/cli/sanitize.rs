@@ -21,7 +21,8 @@ use std::path::PathBuf;
 /// The name of the command.
 pub(super) const NAME: &str = "sanitize";
 
-/// The default number of points: fewer than in a picture, since following a point takes longer than running it.
+/// The default number of points: fewer than in a picture, since following a point takes longer than running
+/// it.
 const POINTS: &str = "64x64";
 
 /// The grid has a default of its own.
@@ -35,15 +36,15 @@ pub(super) struct SanitizeArgs {
     /// Maximum time in seconds. If it is not enough, the report says how many points were not examined.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
     budget: f64,
-    /// End with exit code 1 if one of these events happens: int-overflow, int-conversion, zero-division, domain,
-    /// edges, index, nan, infinity, cancellation, denormal; or any.
+    /// End with exit code 1 if one of these events happens: int-overflow, int-conversion, zero-division,
+    /// domain, edges, index, nan, infinity, cancellation, denormal; or any.
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
     fail_on: Vec<Wanted>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Image of the points at which something happened: white in PNG and JPEG, 1 in TIFF; EXR has a channel for
-    /// each kind of event.
+    /// Image of the points at which something happened: white in PNG and JPEG, 1 in TIFF; EXR has a channel
+    /// for each kind of event.
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
     map: Option<PathBuf>,
     /// The shader and its points.

@@ -1,5 +1,5 @@
-//! `oslrun stability FILE`: shows where a shader becomes inaccurate, which line is the cause, and with `--fix` a
-//! repair of it. This module must not know how lines are blamed or rewritten.
+//! `oslrun stability FILE`: shows where a shader becomes inaccurate, which line is the cause, and with
+//! `--fix` a repair of it. This module must not know how lines are blamed or rewritten.
 
 mod repair;
 
@@ -31,12 +31,13 @@ pub(super) struct StabilityArgs {
     /// Do not try other values of the parameters.
     #[arg(long)]
     no_params: bool,
-    /// Look for a repair of the lines to blame: rewrites of the source that cut the error at least tenfold, cost
-    /// less than 1.2 times and change nothing that was right. They are shown as a diff with their figures.
+    /// Look for a repair of the lines to blame: rewrites of the source that cut the error at least tenfold,
+    /// cost less than 1.2 times and change nothing that was right. They are shown as a diff with their
+    /// figures.
     #[arg(long)]
     fix: bool,
-    /// Maximum time in seconds; 4 by default, and 10 with --fix. If it is not enough, the report says what was
-    /// not examined.
+    /// Maximum time in seconds; 4 by default, and 10 with --fix. If it is not enough, the report says what
+    /// was not examined.
     #[arg(long, value_name = "SECONDS", value_parser = super::tradeoff::seconds)]
     budget: Option<f64>,
     /// Show the result of every setting, and all lines.

@@ -85,8 +85,8 @@ pub(super) fn run(
     watched(args, (frames, lit), wait, out, err)
 }
 
-/// Runs a shader now and after each change, until `wait` returns false. A mistake on the command line ends the
-/// watch at once.
+/// Runs a shader now and after each change, until `wait` returns false. A mistake on the command line ends
+/// the watch at once.
 fn watched(
     args: &RunArgs,
     (frames, lit): (&FrameArgs, &PreviewArgs),
@@ -210,6 +210,7 @@ mod tests {
             let options = osl_image::PngOptions {
                 transfer: osl_image::Transfer::Linear,
                 depth: osl_image::BitDepth::Eight,
+                software: None,
             };
             osl_image::write_png(&dir.join("t.png"), 1, 1, &[&[1.0]], options).unwrap();
         };

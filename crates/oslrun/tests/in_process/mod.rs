@@ -10,8 +10,8 @@ pub(crate) fn oslrun(args: &[&str]) -> (u8, String, String) {
     run(args.iter().map(Into::into).collect())
 }
 
-/// Exit code, standard output and standard error of a command line whose words are separated by spaces; `@` is
-/// the folder, in both directions.
+/// Exit code, standard output and standard error of a command line whose words are separated by spaces; `@`
+/// is the folder, in both directions.
 pub(crate) fn oslrun_at(folder: &Path, line: &str) -> (u8, String, String) {
     let folder = folder.to_str().unwrap();
     let args = line.split_whitespace().map(|word| word.replace('@', folder).into()).collect();

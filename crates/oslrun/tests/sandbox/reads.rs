@@ -93,7 +93,7 @@ fn scenes_and_their_includes() {
 #[test]
 fn textures() {
     let place = Place::new("png", b"", b"");
-    let white = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
+    let white = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight, software: None };
     for path in [place.project().join("good.png"), place.outside().join("secret.png")] {
         write_png(&path, 1, 1, &[&[1.0]], white).unwrap();
     }

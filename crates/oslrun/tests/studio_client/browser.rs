@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A failing test is better than one that waits for ever. A loaded machine may need minutes to start a browser.
+/// A failing test is better than one that waits for ever. A loaded machine may need minutes to start a
+/// browser.
 const PATIENCE: Duration = Duration::from_secs(300);
 /// The name of an element in an answer of WebDriver.
 const ELEMENT: &str = "element-6066-11e4-a52e-4f735466cecf";
@@ -193,7 +194,8 @@ impl Browser {
         );
     }
 
-    /// Two fingers on an element, to the left and to the right of its middle, move from one distance to another.
+    /// Two fingers on an element, to the left and to the right of its middle, move from one distance to
+    /// another.
     pub(crate) fn pinch(&self, selector: &str, from: i64, to: i64) {
         let found = self.command("/element", &json!({ "using": "css selector", "value": selector }));
         let origin = json!({ ELEMENT: found[ELEMENT] });

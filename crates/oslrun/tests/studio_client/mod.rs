@@ -155,8 +155,8 @@ impl Page {
         }
     }
 
-    /// The next answer of a kind to the last request, or to a change on disk, with the samples of a picture. Coarse
-    /// pictures are not counted.
+    /// The next answer of a kind to the last request, or to a change on disk, with the samples of a picture.
+    /// Coarse pictures are not counted.
     pub(crate) fn until(&mut self, kind: &str) -> (Value, Vec<u8>) {
         loop {
             let (header, samples) = self.next();

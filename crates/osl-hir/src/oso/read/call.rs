@@ -87,12 +87,9 @@ impl Builder<'_, '_> {
     ) -> BuiltinCall {
         let mut args: Vec<Expr> = Vec::new();
         let mut outputs = Vec::new();
-        let mut converted = Vec::new();
+        let converted = signature.converted(given.iter().map(|value| value.ty));
         for (index, value) in given.into_iter().enumerate() {
             let param = signature.params.get(index);
-            if param.is_some_and(|param| param.converts(value.ty)) {
-                converted.push(index);
-            }
             let wanted = match param {
                 Some(Param { ty, output, .. }) => output.then_some(*ty),
                 None => {

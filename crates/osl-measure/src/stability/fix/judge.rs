@@ -1,5 +1,5 @@
-//! Judges a changed shader: by how much its errors are smaller, whether it computes the same function, whether
-//! points that were right are still right, and what it costs.
+//! Judges a changed shader: by how much its errors are smaller, whether it computes the same function,
+//! whether points that were right are still right, and what it costs.
 //!
 //! The truth is the result of the original source in double precision. This module must not know how the
 //! change was found.

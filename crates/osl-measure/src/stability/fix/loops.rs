@@ -1,5 +1,5 @@
-//! Rewrites of sums that a loop adds up: a multiple of the step where the step never changes, and a compensated
-//! sum otherwise.
+//! Rewrites of sums that a loop adds up: a multiple of the step where the step never changes, and a
+//! compensated sum otherwise.
 //!
 //! These are shapes of several statements, so the table of expressions cannot have them. This module must not
 //! know whether a rewrite helps.

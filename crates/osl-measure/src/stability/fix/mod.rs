@@ -1,10 +1,10 @@
 //! Repairs of the lines to blame: rewrites of the source that are tried on the points of the examination.
 //!
 //! `candidates` and `loops` find the places where a known rewrite matches (`rows` is the table of them), and
-//! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the original
-//! source in double precision, computes the same function there, leaves right what was right, and costs less
-//! than 1.2 times. If one rewrite is not enough, others are added to the best one. This module must not write
-//! files.
+//! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the
+//! original source in double precision, computes the same function there, leaves right what was right, and
+//! costs less than 1.2 times. If one rewrite is not enough, others are added to the best one. This module
+//! must not write files.
 
 mod candidates;
 mod judge;
@@ -313,8 +313,8 @@ impl Search<'_> {
     }
 }
 
-/// Whether a change is better than another: a third of the error, or else fewer lines, or else cheaper, or else
-/// shorter.
+/// Whether a change is better than another: a third of the error, or else fewer lines, or else cheaper, or
+/// else shorter.
 fn better(a: (&Candidate, &Good), b: (&Candidate, &Good)) -> bool {
     let size = |good: &Good| (good.errors.rms.max(1e-8) * good.errors.largest.max(1e-7)).sqrt();
     let (x, y) = (size(a.1), size(b.1));

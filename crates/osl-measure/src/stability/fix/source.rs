@@ -1,5 +1,5 @@
-//! What a rewrite must know of the shader around it: the expressions with their statements, the definitions of
-//! variables that are set once, and where a declaration can be inserted.
+//! What a rewrite must know of the shader around it: the expressions with their statements, the definitions
+//! of variables that are set once, and where a declaration can be inserted.
 //!
 //! This module must not know the table of rewrites.
 
@@ -296,7 +296,8 @@ impl<'p> Source<'p> {
         (at <= self.reader.text.len()).then(|| self.starts.partition_point(|start| *start <= at) as u32)
     }
 
-    /// The term with the values of some variables in their place, to this depth. Their texts remain the names.
+    /// The term with the values of some variables in their place, to this depth. Their texts remain the
+    /// names.
     pub(super) fn opened(&self, term: &Term, vars: Option<&[VarId]>, depth: usize) -> Term {
         self.left.set(OPENED);
         self.open(term, vars, depth)

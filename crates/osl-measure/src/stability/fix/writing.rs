@@ -56,8 +56,8 @@ fn compared(op: BinaryOp, parts: Vec<Term>) -> Term {
     }
 }
 
-/// A call; of numbers its value, where the table needs that. `wrapped`, an angle without whole turns, exists for
-/// numbers alone.
+/// A call; of numbers its value, where the table needs that. `wrapped`, an angle without whole turns, exists
+/// for numbers alone.
 fn called(name: &str, parts: Vec<Term>) -> Option<Term> {
     let numbers: Vec<f64> =
         parts.iter().filter_map(|t| if let Head::Number(x) = t.head { Some(x) } else { None }).collect();

@@ -91,11 +91,11 @@ pub(super) struct RunArgs {
     /// Outputs of other layers are named LAYER.OUTPUT.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = heading::PICTURE)]
     pub(super) outputs: Option<Vec<String>>,
-    /// Make an output of a variable at a line: the value after the statement on LINE, where a point gets there
-    /// several times the last one, or that of the visit @N. VAR may be a field or an element: s.x, list[2].
-    /// CALL/LINE:VAR is inside a function, as called on line CALL; FILE:LINE:VAR is in an included file or in
-    /// another layer. The output is called lineLINE.VAR; lineLINE.VAR.reached is 1 where a point got there.
-    /// Without --outputs, only taps are shown. May be repeated.
+    /// Make an output of a variable at a line: the value after the statement on LINE, where a point gets
+    /// there several times the last one, or that of the visit @N. VAR may be a field or an element: s.x,
+    /// list[2]. CALL/LINE:VAR is inside a function, as called on line CALL; FILE:LINE:VAR is in an included
+    /// file or in another layer. The output is called lineLINE.VAR; lineLINE.VAR.reached is 1 where a point
+    /// got there. Without --outputs, only taps are shown. May be repeated.
     #[arg(long, value_name = "LINE:VAR", value_parser = Wanted::parse, help_heading = heading::PICTURE)]
     pub(super) tap: Vec<Wanted>,
     /// Points of the grid, or pixels of the view.
@@ -311,17 +311,18 @@ pub(super) struct SampleArgs {
     /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
     #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error", help_heading = heading::SAMPLES)]
     pub(super) adaptive: Option<f32>,
-    /// Keep the error of 999 in 1000 pixels below this with as little work as possible: pixels are interpolated
-    /// where the shader is smooth, and have many samples where it is not. 0.01 is in the units of the outputs;
-    /// 2% is a share of the range of each output, which is measured first. color=2%,mask=0.01 sets the error of
-    /// single outputs. The fast arithmetic is used if its error is much smaller, unless --arithmetic is given.
-    /// With --stats the error is checked. If the bound is missed, a warning says so, and the exit code is 1. With
-    /// --preview, it is the standard error of the light, which a screen shows from 0 to 1.
+    /// Keep the error of 999 in 1000 pixels below this with as little work as possible: pixels are
+    /// interpolated where the shader is smooth, and have many samples where it is not. 0.01 is in the units
+    /// of the outputs; 2% is a share of the range of each output, which is measured first. color=2%,mask=0.01
+    /// sets the error of single outputs. The fast arithmetic is used if its error is much smaller, unless
+    /// --arithmetic is given. With --stats the error is checked. If the bound is missed, a warning says so,
+    /// and the exit code is 1. With --preview, it is the standard error of the light, which a screen shows
+    /// from 0 to 1.
     #[arg(long, value_name = "ERROR", value_parser = bounds, allow_hyphen_values = true, help_heading = heading::SAMPLES)]
     pub(super) max_error: Option<Bounds>,
-    /// Take as many samples in each pixel as fit into this time: 5s, 0.5s, 500ms. It is the time from the start of
-    /// the command until the picture is computed. The error is measured, and the number of samples N is said:
-    /// --samples N makes the same picture.
+    /// Take as many samples in each pixel as fit into this time: 5s, 0.5s, 500ms. It is the time from the
+    /// start of the command until the picture is computed. The error is measured, and the number of samples N
+    /// is said: --samples N makes the same picture.
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["samples", "adaptive", "max_error", "prefilter"], help_heading = heading::SAMPLES)]
     pub(super) within: Option<Duration>,
     /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed.

@@ -1,9 +1,9 @@
-//! `oslrun picture-book FILE.osl -o BOOK.html`: a page that shows the source of a shader, and beside each line
-//! a picture of each variable that the line sets.
+//! `oslrun picture-book FILE.osl -o BOOK.html`: a page that shows the source of a shader, and beside each
+//! line a picture of each variable that the line sets.
 //!
-//! The pictures are taps, all of one run, which `figures` makes from the results. `highlight` colors the source,
-//! and `page` writes the page. A run in double precision tells which digits are lost (`lost`), and one without
-//! taps how long each line takes. This module must not know how taps are computed.
+//! The pictures are taps, all of one run, which `figures` makes from the results. `highlight` colors the
+//! source, and `page` writes the page. A run in double precision tells which digits are lost (`lost`), and
+//! one without taps how long each line takes. This module must not know how taps are computed.
 
 mod highlight;
 mod lost;

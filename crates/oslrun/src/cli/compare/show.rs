@@ -213,10 +213,9 @@ fn heat(report: &Report<'_>, path: &Path) -> Result<Picture, Failure> {
     let planes = [0, 1, 2].map(|at: usize| colors.iter().map(|color| color[at]).collect::<Vec<f32>>());
     let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
     // These are colors of the display already.
-    let bytes =
-        channel_bytes(path, report.left.size, &planes, None, Transfer::Linear).map_err(Failure::new)?;
-    let file =
-        Unsaved::new(path).and_then(|file| file.with(&software::named(&bytes))).map_err(Failure::new)?;
+    let bytes = channel_bytes(path, report.left.size, &planes, software::named(Transfer::Linear))
+        .map_err(Failure::new)?;
+    let file = Unsaved::new(path).and_then(|file| file.with(&bytes)).map_err(Failure::new)?;
     let unlike = report.measured.channels.iter().any(|channel| channel.unlike > 0);
     let unlike = if unlike { "; cyan where one value is NaN or infinite" } else { "" };
     let legend = match largest {

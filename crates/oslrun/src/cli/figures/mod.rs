@@ -1,7 +1,7 @@
 //! Small pictures of what the lines of a source do: from taps and their values to pictures with words.
 //!
-//! A picture book writes them on its page, and the live page shows those of one line. `show` chooses how values
-//! are shown. This module must not know how shaders are run or how a page is written.
+//! A picture book writes them on its page, and the live page shows those of one line. `show` chooses how
+//! values are shown. This module must not know how shaders are run or how a page is written.
 
 mod show;
 

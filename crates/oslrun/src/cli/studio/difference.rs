@@ -1,7 +1,7 @@
 //! The layer that shows how the picture differs from a pinned one.
 //!
-//! It is computed from the values, so that a difference shows also where both pictures are black or white. The
-//! numbers and the colors are those of `oslrun compare`. This module must not know connections.
+//! It is computed from the values, so that a difference shows also where both pictures are black or white.
+//! The numbers and the colors are those of `oslrun compare`. This module must not know connections.
 
 use crate::cli::Failure;
 use crate::cli::compare::{At, Side, brief, color, measure};

@@ -1,9 +1,9 @@
 //! `oslrun studio FILE`: a live page about a shader.
 //!
-//! The crate osl-studio has the server and the page; [`subject`] answers its questions with the functions that
-//! also make the pictures and explanations of the other commands, [`picture`] those about a picture and [`line`]
-//! those about a line. This module reads the command line, starts the server and opens the browser. It must not know
-//! messages.
+//! The crate osl-studio has the server and the page; [`subject`] answers its questions with the functions
+//! that also make the pictures and explanations of the other commands, [`picture`] those about a picture and
+//! [`line`] those about a line. This module reads the command line, starts the server and opens the browser.
+//! It must not know messages.
 
 mod difference;
 mod line;
@@ -30,8 +30,8 @@ pub(super) struct StudioArgs {
     /// The port of the page on this machine (default: any that is free).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     port: Option<u16>,
-    /// The secret in the page's address (default: a random one). With a fixed port and a fixed secret, an open
-    /// page connects again after the command was started again.
+    /// The secret in the page's address (default: a random one). With a fixed port and a fixed secret, an
+    /// open page connects again after the command was started again.
     #[arg(long, value_name = "TEXT", value_parser = token, env = "OSLRUN_STUDIO_TOKEN", hide_env_values = true)]
     token: Option<Token>,
     /// Do not open the browser: only print the address.

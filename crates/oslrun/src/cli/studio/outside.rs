@@ -1,4 +1,5 @@
-//! The layer that marks pixels out of range: with values that are NaN or infinite, below black, or above white.
+//! The layer that marks pixels out of range: with values that are NaN or infinite, below black, or above
+//! white.
 //!
 //! It is computed from the values, because the samples of the picture are black or white there.
 //! This module must not know where the values come from.
@@ -60,8 +61,9 @@ pub(super) struct Marked {
     pub(super) words: String,
 }
 
-/// Marks the pixels of a picture. `planes` are its values, with 0 for black and 1 for white, and `samples` what
-/// the picture shows, with alpha after the color if `covered` is given. `range` are the values of black and white.
+/// Marks the pixels of a picture. `planes` are its values, with 0 for black and 1 for white, and `samples`
+/// what the picture shows, with alpha after the color if `covered` is given. `range` are the values of black
+/// and white.
 pub(super) fn marked(
     planes: &[Vec<f32>],
     covered: Option<&[f32]>,
@@ -88,6 +90,7 @@ pub(super) fn marked(
 
 fn words([fine, broken, below, above, both]: [usize; 5], (low, high): (f32, f32)) -> String {
     let count = fine + broken + below + above + both;
+    let pixels = if count == 1 { "pixel" } else { "pixels" };
     let marks = [
         (broken, "NaN or infinite (pink)".to_string()),
         (below, format!("below {low} (blue)")),
@@ -97,9 +100,9 @@ fn words([fine, broken, below, above, both]: [usize; 5], (low, high): (f32, f32)
     let found: Vec<String> =
         marks.iter().filter(|(n, _)| *n > 0).map(|(n, mark)| format!("{n} {mark}")).collect();
     if found.is_empty() {
-        return format!("every value is from {low} to {high}, in {count} pixels");
+        return format!("every value is from {low} to {high}, in {count} {pixels}");
     }
-    format!("of {count} pixels: {}; {fine} from {low} to {high} (grey)", found.join(", "))
+    format!("of {count} {pixels}: {}; {fine} from {low} to {high} (grey)", found.join(", "))
 }
 
 #[cfg(test)]
@@ -136,7 +139,7 @@ mod tests {
         assert_eq!(shown.words, "of 2 pixels: 1 below -1 (blue); 1 from -1 to 3 (grey)");
         assert_eq!(
             marked(&[vec![0.5]], None, &[1], (0.0, 1.0)).words,
-            "every value is from 0 to 1, in 1 pixels"
+            "every value is from 0 to 1, in 1 pixel"
         );
     }
 }

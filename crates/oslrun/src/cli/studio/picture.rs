@@ -1,8 +1,9 @@
-//! The pictures of a page: of an output, a tap or a surface, with light, with marks, or the difference of two.
+//! The pictures of a page: of an output, a tap or a surface, with light, with marks, or the difference of
+//! two.
 //!
-//! They have the samples of the PNG file that the command line writes, because the same functions make them. If a
-//! picture takes long, a small one comes first. This module must not know connections, nor which files a page may
-//! read.
+//! They have the samples of the PNG file that the command line writes, because the same functions make them.
+//! If a picture takes long, a small one comes first. This module must not know connections, nor which files a
+//! page may read.
 
 use super::difference::Pinned;
 use super::subject::{outputs, stop, told, watch};
@@ -240,7 +241,7 @@ fn shown(kept: &run::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, 
     let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
     planes.extend(covered.as_deref());
     let (width, height) = args.size();
-    let options = PngOptions { transfer: shown.transfer, depth: BitDepth::Eight };
+    let options = PngOptions { transfer: shown.transfer, depth: BitDepth::Eight, software: None };
     let samples = png_samples(&planes, width * height, options);
     let mut picture = Picture {
         output: name.to_string(),

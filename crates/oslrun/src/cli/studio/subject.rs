@@ -1,10 +1,10 @@
-//! The shader of a page: describes it and explains its pixels, each as the command of that name does. [`picture`]
-//! makes its pictures.
+//! The shader of a page: describes it and explains its pixels, each as the command of that name does.
+//! [`picture`] makes its pictures.
 //!
-//! Every answer starts from the options of the command line with the values of the page in place of theirs, and
-//! has the limits of a command of its own. Values from a page are not typed by the user: they open no files
-//! outside of the permitted folders, and a run for a page appends to no files. This module must not know
-//! connections.
+//! Every answer starts from the options of the command line with the values of the page in place of theirs,
+//! and has the limits of a command of its own. Values from a page are not typed by the user: they open no
+//! files outside of the permitted folders, and a run for a page appends to no files. This module must not
+//! know connections.
 
 use super::difference::Pinned;
 use super::{line, picture};
@@ -55,7 +55,8 @@ impl Studio {
         self.main().parent().unwrap_or(Path::new(""))
     }
 
-    /// The file of a state. It is below the folder of the file on the command line, also if links are followed.
+    /// The file of a state. It is below the folder of the file on the command line, also if links are
+    /// followed.
     fn file(&self, state: &State) -> Result<PathBuf, Stop> {
         let Some(name) = &state.file else { return Ok(self.main().to_path_buf()) };
         let path = self.folder().join(name);

@@ -100,8 +100,8 @@ impl Sheet<'_> {
                 self.write_labels(plane, &places);
             }
             let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
-            let bytes =
-                channel_bytes(&named, places.whole, &planes, None, shown.transfer).map_err(Failure::new)?;
+            let bytes = channel_bytes(&named, places.whole, &planes, software::named(shown.transfer))
+                .map_err(Failure::new)?;
             set.add(name, &bytes)?;
             notes.extend(shown.note);
         }
