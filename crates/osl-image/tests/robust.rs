@@ -51,8 +51,7 @@ fn exr(compression: &str) -> Vec<u8> {
 fn jpeg() -> Vec<u8> {
     let pixels: Vec<u8> = (0..16 * 16 * 3).map(|i| (i * 7 % 256) as u8).collect();
     let mut bytes = Vec::new();
-    let encoder = image::codecs::jpeg::JpegEncoder::new(&mut bytes);
-    image::ImageEncoder::write_image(encoder, &pixels, 16, 16, image::ExtendedColorType::Rgb8).unwrap();
+    jpeg_encoder::Encoder::new(&mut bytes, 75).encode(&pixels, 16, 16, jpeg_encoder::ColorType::Rgb).unwrap();
     bytes
 }
 

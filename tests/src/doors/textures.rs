@@ -3,7 +3,6 @@
 use super::data::Place;
 use super::{contents, message, outcome};
 use crate::{laws, textures as chance};
-use image::{ExtendedColorType, ImageEncoder};
 use osl::stages;
 use osl_exec::{Program, RunOptions, Services};
 use osl_image::TextureCache;
@@ -56,22 +55,28 @@ pub(super) const WORDS: &[&str] = &[
 pub(super) fn seeds() -> Vec<Vec<u8>> {
     let mut seeds = contents("tests/data/suite/gettextureinfo", &["exr", "tif", "tx", "env"]);
     let pixels: Vec<u8> = (0..8 * 6 * 4).map(|n| (n * 37 % 251) as u8).collect();
-    for (color, channels) in [
-        (ExtendedColorType::L8, 1),
-        (ExtendedColorType::Rgb8, 3),
-        (ExtendedColorType::Rgba8, 4),
-        (ExtendedColorType::L16, 2),
+    let first = |n_bytes: usize| pixels.get(..8 * 6 * n_bytes).unwrap_or(&[]);
+    for (color, depth, n_bytes) in [
+        (png::ColorType::Grayscale, png::BitDepth::Eight, 1),
+        (png::ColorType::Rgb, png::BitDepth::Eight, 3),
+        (png::ColorType::Rgba, png::BitDepth::Eight, 4),
+        (png::ColorType::Grayscale, png::BitDepth::Sixteen, 2),
     ] {
         let mut png = Vec::new();
-        let encoder = image::codecs::png::PngEncoder::new(&mut png);
-        if encoder.write_image(pixels.get(..8 * 6 * channels).unwrap_or(&[]), 8, 6, color).is_ok() {
+        let mut encoder = png::Encoder::new(&mut png, 8, 6);
+        encoder.set_color(color);
+        encoder.set_depth(depth);
+        let written = encoder.write_header().and_then(|mut writer| {
+            writer.write_image_data(first(n_bytes))?;
+            writer.finish()
+        });
+        if written.is_ok() {
             seeds.push(png);
         }
     }
-    for (color, channels) in [(ExtendedColorType::L8, 1), (ExtendedColorType::Rgb8, 3)] {
+    for (color, n_bytes) in [(jpeg_encoder::ColorType::Luma, 1), (jpeg_encoder::ColorType::Rgb, 3)] {
         let mut jpeg = Vec::new();
-        let encoder = image::codecs::jpeg::JpegEncoder::new(&mut jpeg);
-        if encoder.write_image(pixels.get(..8 * 6 * channels).unwrap_or(&[]), 8, 6, color).is_ok() {
+        if jpeg_encoder::Encoder::new(&mut jpeg, 75).encode(first(n_bytes), 8, 6, color).is_ok() {
             seeds.push(jpeg);
         }
     }

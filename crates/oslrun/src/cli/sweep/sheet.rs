@@ -9,6 +9,7 @@ use crate::cli::args::RunArgs;
 use crate::cli::args::values::STDOUT;
 use crate::cli::output::{self, ImageSet, Written};
 use crate::cli::run::Kept;
+use crate::cli::software;
 use osl_exec::Plane;
 use osl_image::{ImageFormat, channel_bytes};
 use osl_ir::ir::Kind;

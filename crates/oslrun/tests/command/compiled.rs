@@ -1,0 +1,109 @@
+//! `oslrun compile`, `oslrun info`, and compiled shaders in place of sources.
+
+use oslrun::cli;
+use std::path::Path;
+
+/// Exit code, output and errors of a command.
+fn command(args: &[&str]) -> (u8, String, String) {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let args = ["oslrun"].iter().chain(args).map(|a| (*a).into());
+    let code = cli::main(args, &mut out, &mut err);
+    (code, String::from_utf8(out).unwrap(), String::from_utf8(err).unwrap())
+}
+
+fn file(path: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path).display().to_string()
+}
+
+#[test]
+fn a_compiled_shader_is_the_same_image() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).display().to_string();
+    let source = file("osl/Cobbled.osl");
+    let (oso, first, second) = (path("c.oso"), path("a.exr"), path("b.exr"));
+    let (code, out, err) = command(&["compile", &source, "-o", &oso]);
+    assert_eq!((code, out), (0, format!("wrote {oso}\n")), "{err}");
+    for (shader, image) in [(&source, &first), (&oso, &second)] {
+        let (code, _, err) = command(&[shader, "-g", "40x30", "-p", "radius=0.2", "-o", image]);
+        assert_eq!(code, 0, "{err}");
+    }
+    assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
+    let (code, out, _) = command(&["compile", &source, "-o", "-"]);
+    assert_eq!((code, out), (0, std::fs::read_to_string(&oso).unwrap()));
+    // The commands that read shaders accept it too; those that rewrite sources do not.
+    assert_eq!(command(&["check", &oso]).0, 0);
+    assert!(command(&["ir", &oso]).1.contains("# after the passes"));
+    for (args, expected) in [(&["fmt", &oso][..], 1), (&[&oso, "--repair"], 2)] {
+        let (code, _, err) = command(args);
+        assert!(code == expected && err.contains("compiled shader"), "{err}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_compiled_shader_is_said_with_its_place() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bad.oso").display().to_string();
+    let text = "OpenShadingLanguage 1.00\nshader bad\noparam\tfloat\tr\t0\ncode ___main___\n\tassign\t\tr x\n\tend\n";
+    std::fs::write(&path, text).unwrap();
+    let (code, _, err) = command(&["check", &path, "--message-format", "json"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("\"E0702\"") && err.contains("\"line\":5,\"column\":12"), "{err}");
+    let (code, _, err) = command(&["compile", &path]);
+    assert!(code == 1 && err.contains("is not declared"), "{err}");
+}
+
+#[test]
+fn information_as_text() {
+    let (code, source, err) = command(&["info", &file("tests/data/values/struct/params.osl")]);
+    assert_eq!(code, 0, "{err}");
+    insta::assert_snapshot!("info-struct", source);
+    // The same for the file from the reference, and for the file that is written here.
+    assert_eq!(command(&["info", &file("tests/data/oso/struct__params.oso")]).1, source);
+    insta::assert_snapshot!("info-chaosmosaic", command(&["info", &file("osl/chaosmosaic.osl")]).1);
+}
+
+#[test]
+fn information_as_json() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("all.osl").display().to_string();
+    let text = "struct pair { float a; string b[2]; };
+surface all [[ string help = \"a \\\"quoted\\\" word\", int version = 3 ]]
+    (float x = 0.1 [[ float min = 0, float range[2] = { 0, 1 } ]], int list[] = { 1, 2, 3 }, color c = 0.5,
+     matrix m = 2, point p = P, string s = \"text\", pair q = { -1, { \"one\" } },
+     output closure color k = 0, output float big = 1e30) { big = x; }";
+    std::fs::write(&path, text).unwrap();
+    let (code, json, err) = command(&["info", "--json", &path]);
+    assert_eq!(code, 0, "{err}");
+    insta::assert_snapshot!("info-json", json);
+    let oso = dir.path().join("all.oso").display().to_string();
+    assert_eq!(command(&["compile", &path, "-o", &oso]).0, 0);
+    assert_eq!(command(&["info", "--json", &oso]).1, json);
+}
+
+#[test]
+fn a_command_does_not_write_over_what_it_reads() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("a.osl"), "shader a(output float o = 0) { o = u; }").unwrap();
+    let run = |args: &[&str]| {
+        let oslrun = std::process::Command::new(env!("CARGO_BIN_EXE_oslrun"));
+        let output = { oslrun }.current_dir(dir.path()).args(args).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    assert_eq!(run(&["compile", "./a.osl"]), (Some(0), String::new()));
+    let old = std::fs::read(dir.path().join("a.oso")).unwrap();
+    std::fs::create_dir(dir.path().join("sub")).unwrap();
+    for (command, expected) in [("compile", 2), ("oslc", 1)] {
+        for input in ["a.oso", "./a.oso", "sub/../a.oso"] {
+            let (code, err) = run(&[command, input]);
+            assert!(
+                code == Some(expected) && err.contains("name another one with -o"),
+                "{command} {input}: {err}"
+            );
+            assert_eq!(std::fs::read(dir.path().join("a.oso")).unwrap(), old);
+        }
+    }
+    // The user may name any file and any folder.
+    assert_eq!(run(&["compile", "./a.oso", "-o", "b.oso"]), (Some(0), String::new()));
+    std::fs::rename(dir.path().join("b.oso"), dir.path().join("sub/b.oso")).unwrap();
+    assert_eq!(run(&["compile", "sub/b.oso"]), (Some(0), String::new()));
+}

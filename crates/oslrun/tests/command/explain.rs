@@ -1,0 +1,242 @@
+//! The commands `oslrun explain` and `oslrun stability`.
+
+use std::path::Path;
+use std::process::Command;
+
+/// The exit code, the standard output and the standard error.
+fn oslrun(args: &[&str]) -> (i32, String, String) {
+    let result = Command::new(env!("CARGO_BIN_EXE_oslrun")).args(args).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (result.status.code().unwrap(), text(&result.stdout), text(&result.stderr))
+}
+
+fn shader(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl").join(name).display().to_string()
+}
+
+#[test]
+fn a_point_is_told_line_by_line() {
+    let (code, out, err) = oslrun(&["explain", &shader("strips.osl"), "--at", "3,5", "-g", "16x16"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("at pixel (3, 5) of 16 by 16"), "{out}");
+    assert!(out.contains("u = 0.2"), "{out}");
+    let (_, by_uv, _) = oslrun(&["explain", &shader("strips.osl"), "--uv", "0.2,0.33", "-g", "16x16"]);
+    assert_eq!(out, by_uv, "the same point");
+}
+
+#[test]
+fn tools_get_json() {
+    let (code, out, _) = oslrun(&["explain", &shader("flakes.osl"), "--at", "0,0", "-g", "8x8", "--json"]);
+    assert_eq!(code, 0);
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(value["shader"], "flakes");
+    assert!(value["lines"].as_array().unwrap().iter().any(|l| l["facts"].to_string().contains("rounds")));
+}
+
+#[test]
+fn numbers_are_numbers_for_tools() {
+    let args = ["explain", &shader("strips.osl"), "--at", "3,5", "-g", "16x16", "--json"];
+    let value: serde_json::Value = serde_json::from_str(&oslrun(&args).1).unwrap();
+    let output = &value["outputs"][0];
+    assert_eq!(output[0], "UV");
+    assert!(output[1]["value"].as_array().is_some_and(|t| t.len() == 3 && t[0].is_f64()), "{output}");
+    assert!(value["calls"].as_array().is_some_and(|calls| calls.len() > 2));
+}
+
+#[test]
+fn parts_of_an_explanation() {
+    let strips = shader("strips.osl");
+    let at = |more: &[&str]| {
+        let mut args = vec!["explain", &strips, "--at", "3,5", "-g", "16x16"];
+        args.extend(more);
+        oslrun(&args)
+    };
+    let (_, var, _) = at(&["--var", "strip"]);
+    assert!(var.contains("strip = 1") && !var.contains("strip_random"), "{var}");
+    let (_, line, _) = at(&["--line", "70"]);
+    assert!(line.contains("70 | int strip") && line.lines().count() < 12, "{line}");
+    let (_, call, _) = at(&["--call", "1"]);
+    assert!(call.contains("within_slot = ") && !call.contains("(call "), "{call}");
+    let (_, own, _) = at(&["--depth", "0"]);
+    assert!(own.contains("Fac = ") && !own.contains("float position"), "{own}");
+    for wrong in [["--var", "nobody"], ["--line", "1"], ["--call", "99"]] {
+        let (code, out, err) = at(&wrong);
+        assert_eq!((code, out.as_str(), err.starts_with("error: ")), (1, "", true), "{err}");
+    }
+}
+
+#[test]
+fn variables_have_derivatives() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    let text = "shader s(output float r = 0) {\n    float x = u * 3;\n    r = x * x + 2 * v;\n}\n";
+    std::fs::write(&file, text).unwrap();
+    let file = file.display().to_string();
+    let args = ["explain", &file, "--uv", "0.5,0.5", "-g", "3x3", "--derivatives"];
+    let (code, out, err) = oslrun(&args);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("d/du = 3, d/dv = 0; to the next pixel 1.5 in x, 0 in y; through u"), "{out}");
+    assert!(
+        out.contains("d/du = 9, d/dv = 2; to the next pixel 4.5 in x, 1 in y; through v, x (line 2)"),
+        "{out}"
+    );
+    let (_, json, _) = oslrun(&[&args[..], &["--json"]].concat());
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(json.contains("derivatives"), "{value}");
+}
+
+#[test]
+fn a_pixel_of_a_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    std::fs::write(&file, "shader s(output normal n = 0) { n = N; }").unwrap();
+    let file = file.display().to_string();
+    let (code, out, err) = oslrun(&["explain", &file, "--on", "sphere", "--at", "20,20", "-g", "40x40"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("on sphere") && !out.contains("n = (0 0 1)"), "{out}");
+    for args in [["--on", "spere"], ["--on", "sphere"]] {
+        let (code, _, err) = oslrun(&["explain", &file, args[0], args[1], "--at", "0,0", "-g", "40x40"]);
+        assert_eq!((code, err.is_empty()), (1, false), "neither a surface, nor a pixel that shows it");
+    }
+}
+
+#[test]
+fn options_without_an_effect_are_refused() {
+    let strips = shader("strips.osl");
+    // Also with their default values.
+    let of_a_picture = ["-o x.exr", "--compression zip16", "--signed", "--exposure 0", "--range 0,1"];
+    let of_a_run = ["--samples 4", "--closures", "--arithmetic fast", "--prefilter", "--profile", "--stats"];
+    for command in ["explain", "stability", "tradeoff"] {
+        for more in of_a_picture.into_iter().chain(of_a_run) {
+            let args: Vec<&str> = [command, &strips].into_iter().chain(more.split(' ')).collect();
+            let (code, out, err) = oslrun(&args);
+            assert_eq!((code, out.as_str()), (2, ""), "{more}");
+            let option = if more.starts_with("-o") { "--output" } else { args[2] };
+            assert!(err.contains(&format!("{option} has no effect")), "{more}: {err}");
+        }
+    }
+    for (command, more) in
+        [("explain", "--max-steps=5"), ("stability", "--on=sphere"), ("tradeoff", "--on=sphere")]
+    {
+        assert_eq!(oslrun(&[command, &strips, more]).0, 2, "{command} {more}");
+    }
+}
+
+#[test]
+fn a_point_that_is_not_there_is_an_error() {
+    let (code, out, err) = oslrun(&["explain", &shader("flakes.osl"), "--at", "8,0", "-g", "8x8"]);
+    assert_eq!((code, out.as_str()), (2, ""));
+    assert!(err.contains("8 by 8 points") && err.contains("the last is 7,7"), "{err}");
+}
+
+#[test]
+fn costs_are_by_output() {
+    let (code, out, err) = oslrun(&["explain", &shader("Cobbled.osl"), "--cost"]);
+    assert_eq!((code, out.lines().count() > 3), (0, true), "{err}");
+    assert!(out.contains("resultMask"), "{out}");
+}
+
+#[test]
+fn stability_writes_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let [html, map] = ["r.html", "lost.exr"].map(|name| folder.path().join(name));
+    let file = folder.path().join("s.osl");
+    std::fs::write(&file, "shader s(output float r = 0) { r = cellnoise(u * 9) + noise(P * 4); }").unwrap();
+    let [file, html_text, map_text] = [&file, &html, &map].map(|p| p.display().to_string());
+    let (html_option, map_option) = (["--html", &html_text], ["--error-map", &map_text]);
+    let args = ["stability", &file, "--points", "16x16", "--budget", "600"];
+    let (code, out, err) = oslrun(&[&args[..], &html_option, &map_option].concat());
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("right for offset up to"), "{out}");
+    assert!(std::fs::read_to_string(&html).unwrap().contains("Digits lost"));
+    assert!(map.metadata().unwrap().len() > 100);
+    let (_, out, _) = oslrun(&["stability", &file, "--points", "16x16", "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(value["trials"][0]["setting"], "as_given");
+}
+
+#[test]
+fn a_tolerance_is_a_number_above_0() {
+    let (code, _, err) = oslrun(&["stability", &shader("strips.osl"), "--tolerance", "0"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("--tolerance"), "{err}");
+}
+
+/// A folder with a shader whose cosine loses its digits.
+fn pendulum() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    let text = "shader s(output float r = 0)\n{\n    float swing = 0.002 * u + 0.0005;\n    \
+                r = 100000 * (1 - cos(swing));\n}\n";
+    std::fs::write(&file, text).unwrap();
+    (folder, file.display().to_string())
+}
+
+const FIX: [&str; 6] = ["--fix", "--points", "16x16", "--no-params", "--budget", "600"];
+
+#[test]
+fn stability_repairs_a_line() {
+    let (folder, file) = pendulum();
+    let before = std::fs::read_to_string(&file).unwrap();
+    let fixed = folder.path().join("fixed.osl").display().to_string();
+    let args: Vec<&str> = ["stability", &file, "--write", &fixed].into_iter().chain(FIX).collect();
+    let (code, out, err) = oslrun(&args);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("half angle: ") && out.contains("+    float sine = sin(0.5 * swing);"), "{out}");
+    assert!(err.contains("wrote"), "{err}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), before);
+    let (code, out, _) =
+        oslrun(&["stability", &fixed, "--points", "16x16", "--no-params", "--budget", "600"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("Nothing to blame."), "{out}");
+    // Into its own file only if that is named.
+    let args: Vec<&str> = ["stability", &file, "--write", &file].into_iter().chain(FIX).collect();
+    assert_eq!(oslrun(&args).0, 0);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), std::fs::read_to_string(&fixed).unwrap());
+    // Nothing is left to repair, and then nothing is written.
+    let none = folder.path().join("none.osl").display().to_string();
+    let args: Vec<&str> = ["stability", &file, "--write", &none].into_iter().chain(FIX).collect();
+    let (code, out, err) = oslrun(&args);
+    assert_eq!(code, 0);
+    assert!(!out.contains("Repair (") && err.contains("not written"), "{out}{err}");
+    assert!(!Path::new(&none).exists());
+}
+
+#[test]
+fn a_repair_is_data_too() {
+    let (_folder, file) = pendulum();
+    let args: Vec<&str> = ["stability", &file, "--json"].into_iter().chain(FIX).collect();
+    let (_, out, _) = oslrun(&args);
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let repair = &value["repair"];
+    assert_eq!(repair["steps"][0]["name"], "half angle");
+    assert!(repair["diff"].as_str().unwrap().contains("(repaired)"));
+    let error = |which: &serde_json::Value| which["largest"].as_f64().unwrap();
+    assert!(error(&repair["before"]) > 10.0 * error(&repair["steps"][0]["errors"]));
+}
+
+#[test]
+fn a_repair_needs_a_source() {
+    let (_folder, file) = pendulum();
+    let (code, _, err) = oslrun(&["stability", &file, "--write", "x.osl"]);
+    assert_eq!((code, err.contains("--fix or --repair")), (2, true), "{err}");
+    let (code, _, err) = oslrun(&["stability", "--group", "shader s s;", "--fix"]);
+    assert_eq!((code, err.contains("--fix is for the source")), (2, true), "{err}");
+    let (code, _, err) = oslrun(&[&file, "--write", "x.osl", "-g", "2x2"]);
+    assert_eq!((code, err.contains("--repair")), (2, true), "{err}");
+}
+
+#[test]
+fn a_report_that_is_cut_short_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("long.osl");
+    let text =
+        "shader s(float a = 1, output float r = 0) { for (int i = 0; i < 20000; i++) r += sin(a * i + u); }";
+    std::fs::write(&file, text).unwrap();
+    let (code, out, err) = oslrun(&["stability", &file.display().to_string(), "--budget", "0.05"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("the time was over (--budget)") && out.contains("scale"), "{out}");
+    let (code, out, err) = oslrun(&["stability", &file.display().to_string(), "--budget", "0.05", "--fix"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("time was over") && !out.contains("Nothing to"), "{out}");
+}

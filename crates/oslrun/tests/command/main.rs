@@ -1,0 +1,50 @@
+//! Command lines and what they print and write, by command or option. They are one program because a program of
+//! their own for each takes longer to link than to run. `in_process` runs a command in the process of the test;
+//! where the process itself matters, a module starts the binary.
+
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+#[path = "../in_process/mod.rs"]
+mod in_process;
+#[path = "../studio_client/mod.rs"]
+mod studio_client;
+
+mod bad_input;
+mod book;
+mod check;
+mod closures;
+mod closures_testshade;
+mod compare;
+mod compiled;
+mod crop;
+mod data;
+mod doc;
+mod effects;
+mod explain;
+mod film;
+mod fmt;
+mod json;
+mod levels;
+mod manners;
+mod networks;
+mod on;
+mod preview;
+mod sampling;
+mod sanitize;
+mod scripts;
+mod shading;
+mod shown;
+mod software;
+mod studio;
+mod sweeps;
+mod tap;
+mod testshade;
+mod told;
+mod tools;

@@ -1,0 +1,480 @@
+//! `studio`: the answers of the live page are those of the command line.
+
+use crate::in_process::{oslrun, oslrun_at};
+use crate::studio_client::{Page, Studio};
+use osl_image::read_image;
+use serde_json::{Value, json};
+use std::path::Path;
+
+fn osl(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl").join(name).display().to_string()
+}
+
+/// The samples of the PNG file that a command line makes.
+fn samples_of(args: &[&str]) -> Vec<u8> {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("a.png").display().to_string();
+    let (code, _, err) = oslrun(&[args, &["-o", &file]].concat());
+    assert_eq!(code, 0, "{args:?}: {err}");
+    let image = read_image(Path::new(&file)).unwrap();
+    image.samples.iter().map(|x| (x * 255.0).round() as u8).collect()
+}
+
+/// The picture of a state.
+fn picture(page: &mut Page, state: Value) -> (Value, Vec<u8>) {
+    page.state(state);
+    page.until("picture")
+}
+
+#[test]
+fn pictures_have_the_bits_of_the_command_line() {
+    let cobbled = osl("Cobbled.osl");
+    let studio = Studio::start(Path::new("."), &[&cobbled, "-g", "48x32", "--uv-scale", "2,2"]);
+    let mut page = studio.page();
+    let usual = ["-g", "48x32", "--uv-scale", "2,2"];
+    for (state, words) in [
+        (json!({ "output": "resultRGB" }), vec!["--outputs", "resultRGB"]),
+        (
+            json!({ "output": "resultRGB", "params": [["radius", "0.3"], ["Small_Freq", "12"]] }),
+            vec!["--outputs", "resultRGB", "-p", "radius=0.3", "-p", "Small_Freq=12"],
+        ),
+        (
+            json!({ "output": "resultMask", "params": [["radius", "0.05"]] }),
+            vec!["--outputs", "resultMask", "-p", "radius=0.05"],
+        ),
+        (
+            json!({ "output": "resultRGB", "on": "sphere", "params": [["jitter", "0.9"]] }),
+            vec!["--outputs", "resultRGB", "--on", "sphere", "-p", "jitter=0.9"],
+        ),
+        (
+            json!({ "output": "resultRGB", "on": "torus", "lit": true, "params": [["radius", "0.3"]] }),
+            vec!["--preview", "--base", "resultRGB", "--on", "torus", "-p", "radius=0.3"],
+        ),
+        (json!({ "output": "resultMask", "on": "patch", "lit": true }), vec!["--preview"]),
+    ] {
+        let (header, samples) = picture(&mut page, state.clone());
+        assert_eq!((&header["width"], &header["height"]), (&json!(48), &json!(32)));
+        let expected = samples_of(&[&[cobbled.as_str()], &usual[..], &words[..]].concat());
+        assert!(samples == expected, "{state}");
+        assert!(samples.iter().any(|byte| *byte != samples[0]), "{state}");
+    }
+}
+
+#[test]
+fn a_small_picture_comes_first() {
+    let cobbled = osl("Cobbled.osl");
+    let studio = Studio::start(Path::new("."), &[&cobbled, "-g", "48x32"]);
+    for (state, words) in [
+        (json!({ "output": "resultRGB" }), vec!["--outputs", "resultRGB"]),
+        (json!({ "output": "34:dist" }), vec![]),
+        (json!({ "output": "resultRGB", "on": "sphere" }), vec!["--outputs", "resultRGB", "--on", "sphere"]),
+        (json!({ "on": "sphere", "lit": true }), vec!["--preview", "--on", "sphere"]),
+    ] {
+        let mut page = studio.page();
+        page.state(state.clone());
+        assert_eq!(page.next().0["type"], "shader");
+        let (header, samples) = page.next();
+        assert_eq!(
+            (&header["coarse"], &header["width"], &header["height"]),
+            (&true.into(), &12.into(), &8.into())
+        );
+        if !words.is_empty() {
+            let usual = [cobbled.as_str(), "-g", "12x8"];
+            assert!(samples == samples_of(&[&usual[..], &words[..]].concat()), "{state}");
+        }
+        let (header, _) = page.next();
+        assert_eq!(
+            (&header["coarse"], &header["width"], &header["height"]),
+            (&false.into(), &48.into(), &32.into())
+        );
+        let phases = header["phases"].as_object().unwrap();
+        assert_eq!(phases.is_empty(), state["lit"] == true, "{header}");
+    }
+}
+
+/// The samples of the PNG file that a command line with a tap makes. There is a second file if some points do
+/// not get to the line.
+fn samples_of_a_tap(args: &[&str], output: &str) -> Vec<u8> {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("{output}.png").display().to_string();
+    let (code, _, err) = oslrun(&[args, &["-o", &file]].concat());
+    assert_eq!(code, 0, "{args:?}: {err}");
+    let image = read_image(&dir.path().join(format!("{output}.png"))).unwrap();
+    image.samples.iter().map(|x| (x * 255.0).round() as u8).collect()
+}
+
+#[test]
+fn taps_have_the_bits_of_the_command_line() {
+    let cobbled = osl("Cobbled.osl");
+    let usual = ["-g", "48x32", "--uv-scale", "2,2"];
+    let studio = Studio::start(Path::new("."), &[&[cobbled.as_str()], &usual[..]].concat());
+    let mut page = studio.page();
+    let mut seen = Vec::new();
+    for (tap, output, state, words) in [
+        ("34:dist", "line34.dist", json!({ "range": "auto" }), vec!["--range", "auto"]),
+        ("34:dist@2", "line34.dist.round2", json!({ "range": "1,2.5" }), vec!["--range", "1,2.5"]),
+        ("22:pp", "line22.pp", json!({ "params": [["radius", "0.3"]] }), vec!["-p", "radius=0.3"]),
+        ("47:intHSV3", "line47.intHSV3", json!({ "on": "sphere" }), vec!["--on", "sphere"]),
+    ] {
+        let mut state = state;
+        state["output"] = json!(tap);
+        let (header, samples) = picture(&mut page, state);
+        assert_eq!(header["output"], output);
+        let words = [&[cobbled.as_str()], &usual[..], &words[..], &["--tap", tap]].concat();
+        assert!(samples == samples_of_a_tap(&words, output), "{tap}");
+        assert!(samples.iter().any(|byte| *byte != samples[0]), "{tap}");
+        seen.push(samples);
+    }
+    assert!(seen[0] != seen[1]);
+    page.state(json!({ "range": "much" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("auto"));
+    for (tap, why) in
+        [("1:nothing", "no statement on line 1"), ("34:dst", "did you mean `dist`?"), ("34:", "a tap is")]
+    {
+        page.state(json!({ "output": tap }));
+        let (failed, _) = page.until("failed");
+        assert!(failed["messages"].to_string().contains(why), "{failed}");
+    }
+}
+
+#[test]
+fn a_layer_marks_values_that_the_picture_does_not_show() {
+    let folder = tempfile::tempdir().unwrap();
+    // Four columns: below, in the range, above, and NaN.
+    let text = "shader s(output color c = 0, output float f = 0, output normal n = 0) {
+        float x = floor(u * 3 + 0.5);
+        f = x == 3 ? 1e38 * (x * 1e38) : x - 0.5;
+        c = color(x < 2 ? 0.5 : 1.25, x == 2 ? -0.001 : 0.25, 1);
+        n = vector(x - 1.5, 0, 0);
+    }";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "4x2"]);
+    let mut page = studio.page();
+    let mut show = |state: Value| {
+        let (header, samples) = picture(&mut page, state);
+        let said = header["messages"][0]["message"].as_str().unwrap_or_default().to_string();
+        (said, header["channels"].as_u64().unwrap(), samples)
+    };
+    let [grey, blue, orange, pink, violet] =
+        [[128_u8; 3], [33, 84, 191], [217, 97, 15], [255, 0, 204], [128, 60, 170]];
+    let (said, channels, samples) = show(json!({ "output": "f", "layer": "outside" }));
+    assert_eq!(
+        said,
+        "of 8 pixels: 2 NaN or infinite (pink), 2 below 0 (blue), 2 above 1 (orange); 2 from 0 to 1 (grey)"
+    );
+    assert_eq!((channels, samples), (3, [[blue, grey, orange, pink]; 2].concat().concat()));
+    let (said, _, samples) = show(json!({ "output": "c", "layer": "outside" }));
+    assert!(said.contains("2 above 1 (orange), 2 below 0 and above 1"), "{said}");
+    assert_eq!(samples[6..12], [violet, orange].concat());
+    // Black and white of a normal are -1 and 1, so nothing is outside there but the ends.
+    let (said, ..) = show(json!({ "output": "n", "layer": "outside" }));
+    assert_eq!(said, "of 8 pixels: 2 below -1 (blue), 2 above 1 (orange); 4 from -1 to 1 (grey)");
+    // Pixels that show nothing do not count.
+    let (said, channels, _) = show(json!({ "output": "n", "on": "sphere", "layer": "outside" }));
+    assert!(!said.contains("of 8 pixels") && channels == 4, "{said}");
+    let (said, ..) = show(json!({ "output": "f" }));
+    assert!(said.contains("become black"), "without a layer: {said}");
+    page.state(json!({ "layer": "gold" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("no layer gold"));
+    page.state(json!({ "on": "sphere", "lit": true, "layer": "outside" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("has no layers"));
+}
+
+/// The picture of a difference, and what the command says about it.
+fn compared(args: &[&str]) -> (Vec<u8>, Value) {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("a.png").display().to_string();
+    let (_, out, err) = oslrun(&[&["compare", "-o", &file, "--json"], args].concat());
+    let image = read_image(Path::new(&file)).unwrap_or_else(|why| panic!("{why}: {err}"));
+    let samples = image.samples.iter().map(|x| (x * 255.0).round() as u8).collect();
+    (samples, serde_json::from_str(&out).unwrap())
+}
+
+#[test]
+fn the_difference_to_a_pinned_picture_is_that_of_compare() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("Cobbled.osl").display().to_string();
+    std::fs::copy(osl("Cobbled.osl"), &file).unwrap();
+    let studio = Studio::start(folder.path(), &[&file, "-g", "48x32"]);
+    let mut page = studio.page();
+    let shown = |params: Value| json!({ "output": "resultRGB", "layer": "difference", "params": params });
+    page.state(shown(json!([])));
+    assert!(page.until("failed").0["messages"].to_string().contains("no values are pinned"));
+    let said = |header: &Value| header["messages"][0]["message"].as_str().unwrap().to_string();
+    for on in ["patch", "sphere"] {
+        let state = |params: Value, layer: &str| json!({ "output": "resultRGB", "on": on, "params": params, "layer": layer });
+        page.state(json!({ "output": "resultRGB", "on": on }));
+        page.until("picture");
+        page.pin();
+        assert_eq!(page.until("pinned").0["pinned"], true);
+        let (header, samples) = picture(&mut page, state(json!([]), "difference"));
+        assert_eq!(said(&header), "every value is equal to that of the pinned picture, in 1536 pixels");
+        assert!(samples.iter().all(|byte| *byte == 0));
+        let (header, samples) = picture(&mut page, state(json!([["radius", "0.3"]]), "difference"));
+        let mut words = vec![file.as_str(), "-g", "48x32", "--outputs", "resultRGB"];
+        if on != "patch" {
+            words.extend(["--on", on]);
+        }
+        words.extend(["--", "-p", "radius=0.3"]);
+        let (expected, numbers) = compared(&words);
+        assert!(samples == expected, "{on}");
+        let said = said(&header);
+        let different = numbers["different_pixels"].as_u64().unwrap();
+        assert!(said.starts_with(&format!("{different} of 1536 pixels differ")), "{said}: {numbers}");
+        let largest = |channel: &&Value| channel["largest"].as_f64().unwrap();
+        let worst =
+            numbers["channels"].as_array().unwrap().iter().max_by(|a, b| largest(a).total_cmp(&largest(b)));
+        let at = &worst.unwrap()["at"]["pixel"];
+        assert!(
+            said.contains(&format!("at pixel ({}, {}), the rms of the components ", at[0], at[1])),
+            "{said}: {at}"
+        );
+    }
+    // The pinned values are those of the file at that time.
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replacen("float radius = 0.15", "float radius = 0.25", 1)).unwrap();
+    page.until("shader");
+    let (header, _) =
+        picture(&mut page, json!({ "output": "resultRGB", "on": "sphere", "layer": "difference" }));
+    assert!(said(&header).contains("pixels differ from the pinned picture"), "{header}");
+    page.state(json!({ "output": "resultMask", "on": "sphere", "layer": "difference" }));
+    let (failed, _) = page.until("failed");
+    assert!(
+        failed["messages"].to_string().contains("has 3 components, and `resultMask` has 1 component"),
+        "{failed}"
+    );
+}
+
+#[test]
+fn lines_have_the_pictures_of_a_picture_book() {
+    let cobbled = osl("Cobbled.osl");
+    let usual = ["-g", "48x32", "-p", "radius=0.3"];
+    let studio = Studio::start(Path::new("."), &[&[cobbled.as_str()], &usual[..]].concat());
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (shader, _) = page.until("shader");
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("book.html").display().to_string();
+    let (code, _, err) = oslrun(&[&["picture-book", &cobbled], &usual[..], &["-o", &file]].concat());
+    assert_eq!(code, 0, "{err}");
+    let book = std::fs::read_to_string(file).unwrap();
+    let lines = shader["lines"].as_array().unwrap();
+    assert!(lines.len() > 20 && lines.contains(&json!(34)) && !lines.contains(&json!(1)), "{lines:?}");
+    let (mut pictures, mut taps, mut rounds) = (0, 0, 0);
+    for line in lines {
+        page.line(u32::try_from(line.as_u64().unwrap()).unwrap());
+        let (found, _) = page.until("line");
+        assert_eq!((&found["line"], &found["more"]), (line, &json!(0)));
+        let (_, row) = book.split_once(&format!(" id=L{line}>")).unwrap();
+        let (row, _) = row.split_once("</tr>").unwrap();
+        for shown in found["pictures"].as_array().unwrap() {
+            let [name, words] = ["name", "words"].map(|part| shown[part].as_str().unwrap());
+            let caption = format!("<b>{name}</b> <span class=dim>{words}</span>");
+            assert!(row.contains(&caption), "{shown} in {row}");
+            if let Some(url) = shown["picture"].as_str() {
+                pictures += 1;
+                assert!(row.contains(url), "line {line}: {name}");
+            }
+            if let Some(tap) = shown["tap"].as_str() {
+                taps += 1;
+                assert_eq!(tap, format!("{line}:{name}"));
+                assert!(row.contains(&format!("--tap {tap}")) || shown["picture"].is_null());
+            }
+            for url in shown["rounds"].as_array().unwrap() {
+                rounds += 1;
+                assert!(row.contains(url.as_str().unwrap()), "line {line}: {name}");
+            }
+        }
+    }
+    assert!(pictures > 20 && taps > 20 && rounds > 5, "{pictures} {taps} {rounds}");
+    // Large pictures have small ones, and lines that do nothing have none.
+    page.line(1);
+    assert_eq!(page.until("line").0["pictures"], json!([]));
+    page.state(json!({ "on": "torus" }));
+    page.until("picture");
+    page.line(34);
+    let words = page.until("line").0.to_string();
+    assert!(words.contains(" of the points"), "the background is left out: {words}");
+}
+
+#[test]
+fn lines_of_other_files_have_no_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("g.group"), "shader fractal noise;").unwrap();
+    let studio = Studio::start(folder.path(), &["g.group", "-g", "4x4"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    assert_eq!(page.until("shader").0["lines"], json!([]));
+    page.line(1);
+    let (found, _) = page.until("line");
+    assert!(found["messages"].to_string().contains("only the lines of a source"), "{found}");
+}
+
+#[test]
+fn groups_have_the_parameters_of_all_layers() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("g.group"),
+        "param float scale 2; shader fractal noise; shader ramp ramp; connect noise.result ramp.position;",
+    )
+    .unwrap();
+    let studio = Studio::start(folder.path(), &["g.group", "-g", "16x16"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (shader, _) = page.until("shader");
+    let layers: Vec<&str> =
+        shader["layers"].as_array().unwrap().iter().map(|layer| layer["name"].as_str().unwrap()).collect();
+    assert_eq!(layers, ["noise", ""], "{shader}");
+    let output = shader["outputs"][0]["name"].as_str().unwrap().to_string();
+    let state = json!({ "output": output, "params": [["noise.frequency", "3"]] });
+    let (_, samples) = picture(&mut page, state);
+    let group = folder.path().join("g.group").display().to_string();
+    let words = [group.as_str(), "-g", "16x16", "-p", "noise.frequency=3", "--outputs", &output];
+    assert!(samples == samples_of(&words));
+}
+
+#[test]
+fn explanations_are_those_of_explain() {
+    let flakes = osl("flakes.osl");
+    let studio = Studio::start(Path::new("."), &[&flakes, "-g", "16x12"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (info, _) = page.until("shader");
+    let described = oslrun(&["info", &flakes, "--json"]).1;
+    let described: Value = serde_json::from_str(&described).unwrap();
+    assert_eq!(info["layers"][0]["description"], described);
+    let name = described["parameters"][0]["name"].as_str().unwrap();
+    let value = described["parameters"][0]["default"].to_string();
+    let params = json!([[name, value.trim_matches(|c| c == '[' || c == ']' || c == '"')]]);
+    picture(&mut page, json!({ "params": params }));
+    for (x, y) in [(0, 0), (5, 11), (15, 3)] {
+        page.point(x, y);
+        let (found, _) = page.until("explanation");
+        let at = format!("{x},{y}");
+        let given = format!("{}={}", params[0][0].as_str().unwrap(), params[0][1].as_str().unwrap());
+        let (code, out, _) =
+            oslrun(&["explain", &flakes, "-g", "16x12", "--at", &at, "--json", "-p", &given]);
+        assert_eq!(code, 0);
+        assert!(found["explanation"] == serde_json::from_str::<Value>(&out).unwrap(), "{at}");
+    }
+    page.point(16, 0);
+    let (outside, _) = page.until("explanation");
+    assert!(outside["messages"].to_string().contains("the last is 15,11"), "{outside}");
+}
+
+const GOOD: &str = "shader s(float k = 1, output float f = 0) { f = k * u; }";
+
+#[test]
+fn errors_on_disk_are_shown_at_their_lines_and_go_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |text: &str| std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    write(GOOD);
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "4x4"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    assert_eq!(page.until("shader").0["diagnostics"], json!([]));
+    let (_, before) = page.until("picture");
+    write("// a comment\nshader s(float k = 1, output float f = 0) { f = k * ; }");
+    let (shader, _) = page.until("shader");
+    let error = &shader["diagnostics"][0];
+    assert_eq!(
+        (&error["severity"], &error["file"], &error["line"]),
+        (&json!("error"), &json!("s.osl"), &json!(2))
+    );
+    assert_eq!(shader["layers"], json!([]), "there is nothing to run");
+    assert!(shader["text"].as_str().unwrap().contains("a comment"));
+    // The page keeps its picture: it gets no other.
+    page.until("failed");
+    write(&GOOD.replace("k * u", "k * u + 0"));
+    assert_eq!(page.until("shader").0["diagnostics"], json!([]));
+    assert_eq!(page.until("picture").1, before);
+    // A header counts too, also one that comes later.
+    write("#include \"k.h\"\nshader s(output float f = 0) { f = K * u; }");
+    assert_eq!(page.until("shader").0["diagnostics"][0]["line"], 1);
+    page.until("failed");
+}
+
+#[test]
+fn a_page_reads_only_below_the_folder_of_its_file_and_writes_nothing() {
+    let outside = tempfile::tempdir().unwrap();
+    let folder = outside.path().join("inside");
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::create_dir(folder.join("more")).unwrap();
+    let printing = "shader s(string file = \"\", output color f = 0) \
+        { f = texture(file, u, v); fprintf(\"log.txt\", \"x\"); printf(\"y\"); }";
+    std::fs::write(folder.join("s.osl"), printing).unwrap();
+    std::fs::write(folder.join("more/t.osl"), GOOD).unwrap();
+    std::fs::write(outside.path().join("secret.osl"), GOOD).unwrap();
+    let path = |name: &str| outside.path().join(name).display().to_string();
+    let (code, _, err) = oslrun_at(outside.path(), "@/secret.osl -g 2x2 -o @/secret.png");
+    assert_eq!(code, 0, "{err}");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(outside.path().join("secret.osl"), folder.join("link.osl")).unwrap();
+
+    let studio = Studio::start(&folder, &["s.osl", "-g", "2x2"]);
+    let mut page = studio.page();
+    for file in ["../secret.osl", "more/../../secret.osl", &path("secret.osl"), "link.osl", "s.png", ".", ""]
+    {
+        page.state(json!({ "file": file }));
+        let (failed, _) = page.until("failed");
+        assert!(!failed["messages"].as_array().unwrap().is_empty(), "{file}");
+        assert!(!failed.to_string().contains("k * u"), "{file}");
+    }
+    page.state(json!({ "file": "more/t.osl" }));
+    assert_eq!(page.until("shader").0["text"], GOOD);
+    page.until("picture");
+    // A value of the page is not a name that the user typed.
+    let (header, black) =
+        picture(&mut page, json!({ "file": "s.osl", "params": [["file", path("secret.png")]] }));
+    assert!(header["messages"].to_string().contains("is refused"), "{header}");
+    assert!(black.iter().all(|byte| *byte == 0));
+    assert_eq!(header["text"], "yyyy");
+    assert!(!folder.join("log.txt").exists());
+}
+
+#[test]
+fn limits_hold_for_every_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "shader s(int n = 1, output float f = 0) { for (int i = 0; i < n; i++) f += noise(P * i); }";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "8x8", "--max-steps", "1000"]);
+    let mut page = studio.page();
+    page.state(json!({ "params": [["n", "1000000000"]] }));
+    assert!(page.until("failed").0["messages"].to_string().contains("takes more than"));
+    page.line(1);
+    assert!(page.until("line").0["messages"].to_string().contains("takes more than"));
+    picture(&mut page, json!({ "params": [["n", "2"]] }));
+    page.state(json!({ "params": [["n", "many"]] }));
+    assert!(!page.until("failed").0["messages"].as_array().unwrap().is_empty());
+    page.state(json!({ "on": "/etc/passwd" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("a page has no surface"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn huge_messages_do_not_take_memory() {
+    let cobbled = osl("Cobbled.osl");
+    let studio = Studio::start(Path::new("."), &[&cobbled, "-g", "8x8"]);
+    picture(&mut studio.page(), json!({ "output": "resultRGB" }));
+    let before = studio.memory();
+    let mut pages: Vec<Page> = (0..20).map(|_| studio.page()).collect();
+    for page in &mut pages {
+        page.huge();
+    }
+    let mut page = studio.page();
+    picture(&mut page, json!({ "output": "resultRGB" }));
+    assert!(studio.memory() < before + (64 << 20), "{before} bytes, then {}", studio.memory());
+}
+
+#[test]
+fn wrong_command_lines_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.osl"), GOOD).unwrap();
+    let mut said = String::new();
+    for line in ["", "missing.osl", "@/s.osl -o @/a.png", "@/s.osl --token short", "@/s.osl --port 0"] {
+        let (code, out, err) = oslrun_at(folder.path(), &format!("studio {line}"));
+        assert_eq!(out, "", "{line}");
+        said += &format!("$ oslrun studio {line}\n{err}[exit {code}]\n\n");
+    }
+    insta::assert_snapshot!("refused", said);
+}
