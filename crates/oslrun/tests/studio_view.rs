@@ -247,11 +247,16 @@ fn the_difference_to_a_pinned_picture_is_a_layer() {
     browser.wait("location.hash.includes('k%3D')");
     browser.wait(IDLE);
     browser.wait(&says("differ from the pinned picture: the largest difference is"));
+    // The pinned picture does not cover its difference to the present one.
+    let covers = "return [getComputedStyle(document.getElementById('pinned')).visibility,
+        document.getElementById('wipe').hidden]";
+    assert_eq!(browser.run(covers), serde_json::json!(["hidden", true]));
     let different = pixels(&browser);
     assert!(different.chunks(3).any(|pixel| pixel == [255; 3]));
     screenshot(&browser, "studio.difference.png");
     assert!(!browser.run("return location.hash").as_str().unwrap().contains("difference"));
     choose("");
+    assert_eq!(browser.run(covers), serde_json::json!(["visible", false]));
     let shown = pixels(&browser);
     assert!(shown != usual);
     // Without a pinned picture there is no difference to it.

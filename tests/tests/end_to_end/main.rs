@@ -1,6 +1,6 @@
-//! Whole shaders from text to values: each module holds one promise. They are one program because a program of
-//! their own for each takes longer to link than to run. Programs beside this one are those that run alone for a
-//! long time, or that measure their own process.
+//! Whole shaders from text to values: each module holds one promise. They are one program because a program
+//! of their own for each takes longer to link than to run. Programs beside this one are those that run alone
+//! for a long time, or that measure their own process.
 
 #![allow(
     clippy::expect_used,

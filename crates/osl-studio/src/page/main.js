@@ -99,6 +99,7 @@ function showOutputs() {
 
 function show() {
   at("picture").setAttribute("aria-busy", "true");
+  wipe.cover(state.layer !== DIFFERENCE);
   // The part that is seen is the business of the page alone.
   const { view, ...shown } = state;
   connection.show(shown);

@@ -5,7 +5,7 @@ export class Wipe {
   /** `ask(isPinned)` asks the server to keep the values or to forget them, and is false if there is no server;
    * `changed(isPinned)` is called when a picture is pinned and when it is not any more. */
   constructor({ canvas, pinned, zoom, button, slider, word, ask, changed }) {
-    Object.assign(this, { canvas, pinned, zoom, button, slider, word, ask, changed });
+    Object.assign(this, { canvas, pinned, zoom, button, slider, word, ask, changed, covers: true });
     button.onclick = () => (pinned.hidden ? this.pin() : this.unpin());
     slider.oninput = () => this.place();
     zoom.frame.addEventListener("placed", () => this.place());
@@ -34,11 +34,19 @@ export class Wipe {
 
   show(isPinned) {
     this.pinned.hidden = !isPinned;
-    this.slider.hidden = !isPinned;
     this.button.setAttribute("aria-pressed", String(isPinned));
     this.button.textContent = isPinned ? "Unpin" : "Pin";
-    this.word.textContent = isPinned ? "left: pinned, right: now" : "";
+    this.cover(this.covers);
     this.changed(isPinned);
+  }
+
+  /** Sets whether the pinned picture covers the left part of the present one: it does not cover the difference. */
+  cover(covers) {
+    const isSeen = covers && !this.pinned.hidden;
+    this.covers = covers;
+    this.pinned.style.visibility = covers ? "" : "hidden";
+    this.slider.hidden = !isSeen;
+    this.word.textContent = isSeen ? "left: pinned, right: now" : "";
   }
 
   place() {

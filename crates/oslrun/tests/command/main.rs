@@ -1,6 +1,6 @@
-//! Command lines and what they print and write, by command or option. They are one program because a program of
-//! their own for each takes longer to link than to run. `in_process` runs a command in the process of the test;
-//! where the process itself matters, a module starts the binary.
+//! Command lines and what they print and write, by command or option. They are one program because a program
+//! of their own for each takes longer to link than to run. `in_process` runs a command in the process of the
+//! test; where the process itself matters, a module starts the binary.
 
 #![allow(
     clippy::expect_used,
