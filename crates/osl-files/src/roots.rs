@@ -4,7 +4,7 @@
 //! a root after all links are resolved. Names are judged by their text first, so that no answer reveals what
 //! is outside. This module must not know what a file is for.
 
-use crate::error::FileError;
+use crate::error::{FileError, OPEN};
 use crate::open::{self, For};
 use crate::read::Opened;
 use std::fs;
@@ -93,6 +93,34 @@ impl Roots {
         file.write_all(bytes).map_err(FileError::io("write the file"))
     }
 
+    /// Says whether the file at a path may be replaced: it is there, it is a plain file below the roots with
+    /// links resolved, and it is not write-protected.
+    ///
+    /// # Errors
+    /// As for [`Roots::append`], except that a missing file is an error.
+    pub fn may_replace(&self, path: &Path) -> Result<(), FileError> {
+        self.to_replace(path).map(drop)
+    }
+
+    /// The real path of a file that may be replaced.
+    pub(crate) fn to_replace(&self, path: &Path) -> Result<PathBuf, FileError> {
+        // Opening it for appending shows whether it may be written; nothing is appended.
+        let (real, file) = if self.anywhere {
+            let real = fs::canonicalize(path).map_err(FileError::io(OPEN))?;
+            let file = open::anywhere(&real, For::Appending)?;
+            (real, file)
+        } else {
+            let real = self.real(path)?;
+            let file = self.open_real(&real, For::Appending)?;
+            (real, file)
+        };
+        let about = file.metadata().map_err(FileError::io("look at the file"))?;
+        if about.permissions().readonly() {
+            return Err(FileError::io("write the file")(std::io::ErrorKind::PermissionDenied.into()));
+        }
+        Ok(real)
+    }
+
     fn open_to_append(&self, path: &Path) -> Result<fs::File, FileError> {
         let (real, what) = match self.real(path) {
             Ok(real) => (real, For::Appending),
@@ -104,7 +132,12 @@ impl Roots {
             }
             Err(other) => return Err(other),
         };
-        let (root, below) = self.below(&real).ok_or(FileError::Outside)?;
+        self.open_real(&real, what)
+    }
+
+    /// Opens the file at a real path for writing.
+    fn open_real(&self, real: &Path, what: For) -> Result<fs::File, FileError> {
+        let (root, below) = self.below(real).ok_or(FileError::Outside)?;
         if below.components().any(|name| name.as_os_str().as_encoded_bytes().starts_with(b".")) {
             return Err(FileError::Hidden);
         }

@@ -6,6 +6,7 @@
 use crate::error::{FileError, Kind, SaveError};
 use crate::open;
 use crate::parts::{self, Part};
+use crate::roots::Roots;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, BufWriter, Cursor, Seek, Write};
@@ -90,6 +91,16 @@ impl Unsaved {
             }
         };
         target().and_then(|target| Unsaved::at(&path, target)).map_err(SaveError::of(&path))
+    }
+
+    /// Creates an empty file that replaces an existing one below the roots. A symbolic link stays, and its
+    /// target is replaced, which is below the roots too.
+    ///
+    /// # Errors
+    /// As for [`Roots::may_replace`]; also if the system refuses a new file in the folder.
+    pub fn existing(roots: &Roots, path: &Path) -> Result<Unsaved, SaveError> {
+        let target = roots.to_replace(path);
+        target.and_then(|target| Unsaved::at(path, target)).map_err(SaveError::of(path))
     }
 
     /// A file in memory, for bytes that go to a stream instead of a path: [`Unsaved::into_bytes`] returns

@@ -217,3 +217,44 @@ fn places_that_are_no_files() {
     assert!(reason(&dir.path().join("none/a")).contains("there is no folder"));
     replace(Path::new("/dev/null"), b"1").unwrap();
 }
+
+#[test]
+fn only_existing_files_below_a_root_are_replaced_as_a_whole() {
+    let (dir, inside, roots) = place();
+    symlink("sub/b", inside.join("good")).unwrap();
+    symlink(dir.path().join("secret"), inside.join("bad")).unwrap();
+    symlink("..", inside.join("up")).unwrap();
+    fs::write(inside.join(".hidden"), "hidden").unwrap();
+    fs::write(inside.join("guarded"), "guarded").unwrap();
+    let mut permissions = fs::metadata(inside.join("guarded")).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(inside.join("guarded"), permissions).unwrap();
+    let put = |name: &str| {
+        let path = inside.join(name);
+        assert_eq!(roots.may_replace(&path).is_ok(), Unsaved::existing(&roots, &path).is_ok(), "{name}");
+        Unsaved::existing(&roots, &path).and_then(|file| file.with(b"new")).and_then(Unsaved::save)
+    };
+    for (name, why) in [
+        ("../secret", OUTSIDE),
+        ("bad", OUTSIDE),
+        ("up/secret", OUTSIDE),
+        ("missing", MISSING),
+        ("sub", "it is a folder, not a file"),
+        (".hidden", "names that begin with a dot are not written"),
+        ("guarded", "cannot write the file: permission denied"),
+    ] {
+        assert_eq!(put(name).unwrap_err().error.to_string(), why, "{name}");
+    }
+    put("a").unwrap();
+    put("good").unwrap();
+    let text = |path: PathBuf| fs::read_to_string(path).unwrap();
+    assert_eq!([text(inside.join("a")), text(inside.join("sub/b"))], ["new", "new"]);
+    assert!(fs::symlink_metadata(inside.join("good")).unwrap().is_symlink(), "the link stays");
+    assert_eq!(text(dir.path().join("secret")), "secret");
+    assert_eq!(text(inside.join("guarded")), "guarded");
+    assert!(!inside.join("missing").exists());
+    // A file that is dropped before it is saved changes nothing.
+    drop(Unsaved::existing(&roots, &inside.join("a")).unwrap().with(b"newer").unwrap());
+    assert_eq!(text(inside.join("a")), "new");
+    assert!(names(&inside).iter().all(|name| !name.ends_with(".part")));
+}

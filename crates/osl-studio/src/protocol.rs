@@ -3,9 +3,14 @@
 //! The page sends JSON. The server sends JSON too, except for pictures: the length of a JSON header in four
 //! bytes, the lowest first, the header, and the samples. This module must not know what a message causes.
 
-use crate::subject::{Line, Picture};
+use crate::subject::{Edit, Line, Picture, Saved};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use sha1::{Digest, Sha1};
+use std::fmt::Write;
+
+/// Maximum size of a message from the page in bytes.
+pub(crate) const MAX_MESSAGE: usize = 256 << 10;
 
 /// What the page wants to see. Everything has a default, which the command line sets.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -44,6 +49,12 @@ pub(crate) enum Request {
     Line { id: u64, line: u32 },
     /// Keep the values of the present state, or forget those that are kept.
     Pin { id: u64, pinned: bool },
+    /// Save a text as the file of the present state.
+    Save {
+        id: u64,
+        #[serde(flatten)]
+        edit: Edit,
+    },
 }
 
 /// A shader as the page shows it.
@@ -57,6 +68,8 @@ pub struct Shader {
     pub path: String,
     /// The text of the file.
     pub text: String,
+    /// Why a page cannot save the file; none if it can.
+    pub locked: Option<String>,
     /// The words of the command line that makes the same picture, without what the state says.
     pub command: Vec<String>,
     /// The values of parameters that the command line gives.
@@ -118,10 +131,21 @@ pub struct Thumbnail {
     pub rounds: Vec<String>,
 }
 
+/// The version of a text: a page that saves a text names the version that it changed.
+pub fn version(text: &str) -> String {
+    let mut version = String::new();
+    for byte in Sha1::digest(text.as_bytes()) {
+        let _ = write!(version, "{byte:02x}");
+    }
+    version
+}
+
 /// The message with a shader.
 pub(crate) fn shader(shader: &Shader) -> String {
     let mut value = serde_json::to_value(shader).unwrap_or_default();
     value["type"] = Value::from("shader");
+    value["version"] = Value::from(version(&shader.text));
+    value["max_message"] = Value::from(MAX_MESSAGE);
     value.to_string()
 }
 
@@ -150,6 +174,25 @@ pub(crate) fn line(id: u64, number: u32, line: &Line) -> String {
 /// The message that values are kept, or not; with the reasons if they should be and are not.
 pub(crate) fn pinned(id: u64, pinned: bool, messages: &[Value]) -> String {
     json!({ "type": "pinned", "id": id, "pinned": pinned, "messages": messages }).to_string()
+}
+
+/// The message that a text is saved, or that it is not because the file was changed. `version` is that of the
+/// file.
+pub(crate) fn saved(id: u64, saved: &Saved) -> String {
+    let (is_saved, version) = match saved {
+        Saved::Done(version) => (true, version),
+        Saved::Changed(version) => (false, version),
+    };
+    let why = "the file has changed on the disk since the page read it, so it is not overwritten";
+    let message = json!({ "severity": "error", "message": why });
+    let messages = if is_saved { Vec::new() } else { vec![message] };
+    json!({ "type": "saved", "id": id, "saved": is_saved, "version": version, "messages": messages })
+        .to_string()
+}
+
+/// The message that a text cannot be saved.
+pub(crate) fn unsaved(id: u64, messages: &[Value]) -> String {
+    json!({ "type": "saved", "id": id, "saved": false, "version": null, "messages": messages }).to_string()
 }
 
 /// The message that a line cannot be shown.

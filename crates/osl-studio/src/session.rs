@@ -3,13 +3,12 @@
 //!
 //! Two threads share an [`Inbox`]. The reader puts the newest request there, cancels the work that it makes
 //! outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
-//! state, the newest point and the newest line are kept, so a fast page and a slow shader need no queue. A
-//! page that does not read its answers stops only its own worker. This module must not know how a connection
-//! is made.
+//! request of each kind is kept, so a fast page and a slow shader need no queue. A page that does not read
+//! its answers stops only its own worker. This module must not know how a connection is made.
 
-use crate::protocol::{self, Request, State};
+use crate::protocol::{self, MAX_MESSAGE, Request, State};
 use crate::server::PATIENCE;
-use crate::subject::{Files, First, Picture, Stop, Subject};
+use crate::subject::{Edit, Files, First, Picture, Stop, Subject};
 use osl_limits::Cancel;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -18,8 +17,6 @@ use std::time::{Duration, Instant};
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
 
-/// Maximum size of a message from the page in bytes.
-const MAX_MESSAGE: usize = 256 << 10;
 /// The interval between looks at the files.
 const EVERY: Duration = Duration::from_millis(150);
 /// How long a small picture may wait for a page that does not read.
@@ -36,6 +33,7 @@ struct Inbox {
     point: Option<(u64, [usize; 2])>,
     line: Option<(u64, u32)>,
     pin: Option<(u64, bool)>,
+    save: Option<(u64, Edit)>,
     /// The payload of a ping.
     ping: Option<tungstenite::Bytes>,
     /// A file has changed.
@@ -60,14 +58,25 @@ enum Work {
     Line,
     /// Nothing: the values that the page pins are those of the state at that time.
     Pin,
+    /// Nothing: a text is saved whole.
+    Save,
 }
 
 /// Work that was taken from the inbox.
 enum Task {
-    Picture { state: Option<(u64, State)>, changed: bool },
+    Picture {
+        state: Option<(u64, State)>,
+        changed: bool,
+    },
     Point(u64, [usize; 2]),
     Line(u64, u32),
     Pin(u64, bool),
+    /// A text for the file of the newest state, if that is not shown yet.
+    Save {
+        id: u64,
+        edit: Edit,
+        newest: Option<State>,
+    },
     Pong(tungstenite::Bytes),
 }
 
@@ -99,6 +108,9 @@ impl Shared {
             }
             let task = if let Some(payload) = inbox.ping.take() {
                 Some(Task::Pong(payload))
+            } else if let Some((id, edit)) = inbox.save.take() {
+                let newest = inbox.state.as_ref().map(|(_, state)| state.clone());
+                Some(Task::Save { id, edit, newest })
             } else if inbox.state.is_some() || inbox.changed {
                 let changed = std::mem::take(&mut inbox.changed);
                 Some(Task::Picture { state: inbox.state.take(), changed })
@@ -115,6 +127,7 @@ impl Shared {
                     Task::Point(..) => Work::Point,
                     Task::Line(..) => Work::Line,
                     Task::Pin(..) => Work::Pin,
+                    Task::Save { .. } => Work::Save,
                     Task::Picture { .. } | Task::Pong(_) => Work::Picture,
                 };
                 inbox.running = Some(Running { cancel: cancel.clone(), kind });
@@ -135,7 +148,8 @@ impl Inbox {
 
     /// Cancels the work for a state that is outdated.
     fn cancel_outdated(&self) {
-        if self.running.as_ref().is_some_and(|running| running.kind != Work::Pin) {
+        let is_outdated = |running: &Running| !matches!(running.kind, Work::Pin | Work::Save);
+        if self.running.as_ref().is_some_and(is_outdated) {
             self.cancel_all();
         }
     }
@@ -160,6 +174,12 @@ impl Inbox {
                 self.line = Some((id, line));
             }
             Request::Pin { id, pinned } => self.pin = Some((id, pinned)),
+            Request::Save { id, edit } => {
+                // The picture of the old text is not waited for; afterwards the file is shown again.
+                self.cancel_outdated();
+                self.save = Some((id, edit));
+                self.changed = true;
+            }
         }
     }
 }
@@ -314,6 +334,7 @@ impl Worker {
                 Task::Point(id, at) => self.point(id, at, &cancel),
                 Task::Line(id, line) => self.line(id, line, &cancel),
                 Task::Pin(id, pinned) => self.pin(id, pinned, &cancel),
+                Task::Save { id, edit, newest } => self.save(id, &edit, newest),
                 Task::Picture { state, changed } => self.show(state, changed, &cancel),
             };
             if done.is_err() {
@@ -423,6 +444,21 @@ impl Worker {
             Err(Stop::Failed(messages)) => protocol::pinned(id, false, &messages),
         };
         self.send(Message::text(text))
+    }
+
+    /// Saves a text as the file of the state that is shown, or of a newer one. It does not wait for its turn,
+    /// because it needs no memory for a picture.
+    fn save(&mut self, id: u64, edit: &Edit, newest: Option<State>) -> Result<(), Gone> {
+        let shown = self.state.as_ref().map(|(_, state)| state);
+        let result = match newest.as_ref().or(shown) {
+            Some(state) => self.subject.save(state, edit),
+            None => Err(Stop::error("not saved: the page shows no file")),
+        };
+        self.send(Message::text(match result {
+            Ok(saved) => protocol::saved(id, &saved),
+            Err(Stop::Cancelled) => protocol::unsaved(id, &[]),
+            Err(Stop::Failed(messages)) => protocol::unsaved(id, &messages),
+        }))
     }
 
     /// Asks the subject, when no other page does.

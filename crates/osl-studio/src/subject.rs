@@ -3,6 +3,7 @@
 use crate::protocol::{Shader, State, Thumbnail};
 use osl_files::Stamp;
 use osl_limits::Cancel;
+use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -52,6 +53,32 @@ pub trait Subject: Send {
     /// # Errors
     /// The shader has errors, its lines have no pictures, the run fails, or the work was cancelled.
     fn line(&mut self, state: &State, line: u32, cancel: &Cancel) -> Result<Line, Stop>;
+
+    /// Replaces the text of the file of a state, unless the file has changed since the page read it.
+    ///
+    /// # Errors
+    /// The edit is of another file, or the file may not be written.
+    fn save(&mut self, state: &State, edit: &Edit) -> Result<Saved, Stop>;
+}
+
+/// A text of a page that is to be saved.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Edit {
+    /// The file, as [`Shader::file`] names it.
+    pub file: String,
+    /// The [`version`](crate::version) of the text that was changed.
+    pub version: String,
+    /// The text.
+    pub text: String,
+}
+
+/// Whether a text was saved, with the [`version`](crate::version) that the file now has.
+#[derive(Clone, Debug)]
+pub enum Saved {
+    /// The file has the text.
+    Done(String),
+    /// The file has another text than the page read, and was not overwritten.
+    Changed(String),
 }
 
 /// What a line of the source does.

@@ -4,7 +4,8 @@
 
 use osl_limits::Cancel;
 use osl_studio::{
-    Files, First, Layer, Line, Options, Picture, Server, Shader, State, Stop, Subject, Thumbnail,
+    Edit, Files, First, Layer, Line, Options, Picture, Saved, Server, Shader, State, Stop, Subject,
+    Thumbnail, version,
 };
 use serde_json::{Value, json};
 use std::io::{Read, Write};
@@ -107,6 +108,18 @@ impl Subject for Fake {
                 Ok(Line { pictures: vec![Thumbnail { name, ..Thumbnail::default() }], more: 2 })
             }
         }
+    }
+
+    fn save(&mut self, state: &State, edit: &Edit) -> Result<Saved, Stop> {
+        let now = version(&std::fs::read_to_string(&self.file).unwrap());
+        if state.file.as_deref() != Some(&edit.file) {
+            return Err(Stop::error("another file"));
+        }
+        if now != edit.version {
+            return Ok(Saved::Changed(now));
+        }
+        std::fs::write(&self.file, &edit.text).unwrap();
+        Ok(Saved::Done(version(&edit.text)))
     }
 }
 
@@ -338,6 +351,51 @@ fn values_are_pinned_or_not() {
         (&failed["pinned"], &failed["messages"][0]["message"]),
         (&json!(false), &json!("not this one"))
     );
+}
+
+#[test]
+fn a_text_is_saved_and_shown_or_refused_with_words() {
+    let server = start();
+    let mut page = server.page();
+    let save = |id: u64, file: &str, before: &str, text: &str| {
+        let version = version(before);
+        json!({ "type": "save", "id": id, "file": file, "version": version, "text": text })
+    };
+    page.send(save(1, "a.osl", "one", "two"));
+    let (refused, _) = page.until("saved");
+    assert_eq!((&refused["id"], &refused["saved"]), (&json!(1), &json!(false)));
+    assert!(refused["messages"][0]["message"].as_str().unwrap().contains("shows no file"), "{refused}");
+    // A picture that takes long is not waited for, and is made again afterwards.
+    page.send(json!({ "type": "state", "id": 2, "state": { "file": "a.osl", "output": "slow" } }));
+    let (shader, _) = page.until("shader");
+    assert_eq!(shader["version"], version("one"));
+    let wait = |n: usize| {
+        while server.started.load(Ordering::SeqCst) < n {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    };
+    wait(1);
+    page.send(save(3, "a.osl", "one", "two"));
+    let (saved, _) = page.until("saved");
+    assert_eq!(
+        saved,
+        json!({ "type": "saved", "id": 3, "saved": true, "version": version("two"), "messages": [] })
+    );
+    assert_eq!(page.until("shader").0["text"], "two");
+    wait(2);
+    // A file that was changed since is not overwritten.
+    page.send(save(4, "a.osl", "one", "three"));
+    let (changed, _) = page.until("saved");
+    assert_eq!((&changed["saved"], &changed["version"]), (&json!(false), &json!(version("two"))));
+    assert!(changed["messages"][0]["message"].as_str().unwrap().contains("has changed on the disk"));
+    page.send(save(5, "b.osl", "two", "three"));
+    let (other, _) = page.until("saved");
+    assert_eq!((&other["version"], &other["messages"][0]["message"]), (&Value::Null, &json!("another file")));
+    // The file of a state that came before counts, also if it is not shown yet.
+    page.send(json!({ "type": "state", "id": 6, "state": { "file": "b.osl" } }));
+    page.send(save(7, "b.osl", "two", "three"));
+    assert_eq!(page.until("saved").0["saved"], true);
+    assert_eq!(std::fs::read_to_string(server.folder.path().join("a.osl")).unwrap(), "three");
 }
 
 #[test]

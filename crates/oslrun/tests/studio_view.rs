@@ -1,5 +1,5 @@
-//! The view of the picture and the history of the parameters on the page of `studio`, in a real browser:
-//! Chromium, if it is installed.
+//! The view of the picture, the history of the parameters and the editor on the page of `studio`, in a real
+//! browser: Chromium, if it is installed.
 
 #![allow(
     clippy::unwrap_used,
@@ -265,5 +265,175 @@ fn the_difference_to_a_pinned_picture_is_a_layer() {
     browser.wait(IDLE);
     assert_eq!(browser.run("return document.getElementById('layer').value"), "");
     assert!(pixels(&browser) == shown);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn a_small_picture_is_as_large_as_fits() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "96x64"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let [[_, _, wide, high], [_, _, frame_wide, _]] = places(&browser);
+    assert_eq!((wide, high, frame_wide), (5.0 * 96.0, 5.0 * 64.0, 5.0 * 96.0));
+    assert_eq!(pixels_are_in_place(&browser, (96, 64), &pixels(&browser)), 96 * 64);
+    browser.run(
+        "document.addEventListener('studio-explanation', (event) => { window.explained = event.detail.at; })",
+    );
+    browser.mouse("#picture", (-238, -158), None);
+    browser.wait("String(window.explained) === '0,0'");
+    browser.mouse("#picture", (12, 8), None);
+    browser.wait("String(window.explained) === '50,33'");
+    // From there it is enlarged, and it does not become smaller.
+    browser.run("document.getElementById('picture').focus()");
+    browser.key('-');
+    assert_eq!(browser.run("return document.getElementById('zoom-fit').textContent"), "fit");
+    browser.key('+');
+    browser.wait("document.getElementById('zoom-fit').textContent === '10×'");
+    assert!(pixels_are_in_place(&browser, (96, 64), &pixels(&browser)) > 1000);
+    browser.key('0');
+    browser.wait("document.getElementById('zoom-fit').textContent === 'fit'");
+    assert_eq!(places(&browser)[0][2], 5.0 * 96.0);
+    // The header has one line, also after the command line was copied; so have the buttons of the parameters.
+    let height = "return document.querySelector('header').getBoundingClientRect().height";
+    let before = browser.run(height);
+    assert!(before.as_f64().unwrap() < 45.0, "{before}");
+    browser.run(
+        "navigator.clipboard.writeText = async (text) => { window.copied = text; };
+         document.getElementById('copy').click()",
+    );
+    browser.wait("document.getElementById('status').textContent === 'copied'");
+    assert_eq!(browser.run(height), before);
+    let tops = browser.run(
+        "return [...document.querySelectorAll('#parameter-pane .bar button')]
+           .map((button) => button.getBoundingClientRect().top)",
+    );
+    assert!(tops.as_array().unwrap().iter().all(|top| *top == tops[0]), "{tops}");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn the_source_is_edited_and_saved() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("lines.osl");
+    // The line ends of the file are kept.
+    let windows = LINES.replace('\n', "\r\n");
+    std::fs::write(&file, &windows).unwrap();
+    std::fs::write(folder.path().join("g.group"), "shader lines layer;").unwrap();
+    let on_disk = || std::fs::read_to_string(&file).unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "96x64"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let usual = pixels(&browser);
+    let shows = |id: &str| browser.run(&format!("return !document.getElementById('{id}').hidden")) == true;
+    let word = |text: &str| format!("document.getElementById('edit-word').textContent.includes('{text}')");
+    let click = |id: &str| browser.run(&format!("document.getElementById('{id}').click()"));
+    let press = |key: &str, command: bool| {
+        browser.run(&format!(
+            "document.activeElement.dispatchEvent(new KeyboardEvent('keydown',
+               {{ key: '{key}', ctrlKey: {command}, bubbles: true, cancelable: true }}))"
+        ))
+    };
+    let change = |from: &str, to: &str| {
+        browser.run(&format!(
+            "const area = document.getElementById('editor');
+             area.value = area.value.replace('{from}', '{to}');
+             area.dispatchEvent(new Event('input'))"
+        ))
+    };
+    press("e", false);
+    assert!(shows("editor") && !shows("source") && !shows("edit"));
+    assert_eq!(browser.run("return document.getElementById('editor').value"), LINES);
+    assert_eq!(browser.run("return document.getElementById('save').disabled"), true);
+    // Keys are text there.
+    press("e", false);
+    press("0", false);
+    change("v, swing", "1 - v, swing");
+    assert_eq!(browser.run("return document.getElementById('save').disabled"), false);
+    press("s", true);
+    browser.wait(&word("saved"));
+    let changed = windows.replace("v, swing", "1 - v, swing");
+    assert!(on_disk() == changed);
+    browser.wait("document.getElementById('source').textContent.includes('1 - v, swing')");
+    // The picture follows.
+    let expected = ["lines.osl", "-g", "96x64", "-o", "a.png"].map(str::to_string);
+    studio.run_beside(folder.path(), &expected);
+    let image = read_image(&folder.path().join("a.png")).unwrap();
+    let expected: Vec<u8> = image.samples.iter().map(|x| (x * 255.0).round() as u8).collect();
+    assert!(expected != usual);
+    let started = std::time::Instant::now();
+    while pixels(&browser) != expected {
+        assert!(started.elapsed().as_secs() < 300, "the picture does not follow");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    // A mistake is listed, and a click on it goes to its line.
+    change("1 - v, swing", "1 - , swing");
+    click("save");
+    browser.wait("document.querySelector('#messages .error button')");
+    browser.run("document.querySelector('#messages .error button').click()");
+    let selected = "const area = document.getElementById('editor');
+        return area.value.slice(area.selectionStart, area.selectionEnd)";
+    assert_eq!(browser.run(selected), "    result = color(wave, 1 - , swing);");
+    screenshot(&browser, "studio.edit.png");
+    change("1 - , swing", "v, swing");
+    click("save");
+    browser.wait("!document.querySelector('#messages .error')");
+    browser.wait(&word("saved"));
+    assert!(on_disk() == windows);
+
+    // Another program changes the file: a text without changes follows, and others are not lost.
+    std::fs::write(&file, format!("// first\r\n{windows}")).unwrap();
+    browser.wait("document.getElementById('editor').value.startsWith('// first')");
+    change("// first", "// mine");
+    std::fs::write(&file, format!("// theirs\r\n{windows}")).unwrap();
+    browser.wait(&word("has changed on the disk; your text is not saved"));
+    assert!(shows("overwrite"));
+    press("s", true);
+    browser.wait(&word("so it is not overwritten"));
+    assert!(on_disk().starts_with("// theirs"));
+    assert!(shows("overwrite") && !shows("save"));
+    screenshot(&browser, "studio.conflict.png");
+    click("overwrite");
+    browser.wait(&word("saved"));
+    assert!(on_disk() == format!("// mine\r\n{windows}"));
+    // Escape goes back; a change is discarded only by the second one.
+    change("// mine", "// other");
+    press("Escape", false);
+    browser.wait(&word("Escape once more"));
+    assert!(shows("editor"));
+    press("Escape", false);
+    assert!(shows("source") && shows("edit") && !shows("editor") && !shows("discard"));
+    browser.wait("document.getElementById('source').textContent.includes('// mine')");
+    assert!(on_disk() == format!("// mine\r\n{windows}"));
+    click("edit");
+    assert!(shows("editor"));
+    click("discard");
+    assert!(shows("source"));
+
+    // Files that are not edited, with the reason.
+    let reason = |text: &str| {
+        browser.wait(&format!(
+            "document.getElementById('edit').disabled && document.getElementById('edit').title.includes('{text}')"
+        ));
+    };
+    std::fs::write(&file, format!("// mixed\n{windows}")).unwrap();
+    reason("its lines end in ways");
+    std::fs::write(&file, format!("{windows}// {}\r\n", "long ".repeat(60_000))).unwrap();
+    reason("at most 256 KiB");
+    std::fs::write(&file, b"// \xff\n").unwrap();
+    reason("byte 3 is not UTF-8");
+    browser.wait("document.querySelector('#messages .error').textContent.includes('byte 3 is not UTF-8')");
+    std::fs::write(&file, &windows).unwrap();
+    browser.wait("!document.getElementById('edit').disabled");
+    browser.wait(IDLE);
+    browser.run(
+        "const file = document.getElementById('file');
+         file.value = 'g.group';
+         file.dispatchEvent(new Event('change'))",
+    );
+    reason("only sources");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }

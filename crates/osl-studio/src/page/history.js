@@ -64,7 +64,7 @@ export class History {
     const isUndo = key === "z" && !event.shiftKey;
     const isRedo = (key === "z" && event.shiftKey) || key === "y";
     // A text is a value only when it is complete; until then the browser undoes what is typed.
-    if (!(event.ctrlKey || event.metaKey) || event.altKey || !(isUndo || isRedo) || event.target.matches?.("input[type=text]")) {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || !(isUndo || isRedo) || event.target.matches?.("input[type=text], textarea")) {
       return;
     }
     event.preventDefault();

@@ -10,6 +10,7 @@ import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
 import { Zoom } from "./zoom.js";
 import { History } from "./history.js";
+import { Editor } from "./editor.js";
 import { element, fillMenu } from "./element.js";
 
 const at = (id) => document.getElementById(id);
@@ -17,7 +18,21 @@ const at = (id) => document.getElementById(id);
 let state = readFragment();
 let shader = null;
 
-const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line));
+const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line), revealLine);
+const editor = new Editor({
+  text: at("editor"),
+  edit: at("edit"),
+  save: at("save"),
+  overwrite: at("overwrite"),
+  discard: at("discard"),
+  word: at("edit-word"),
+  send: (edit) => connection.save(edit),
+  toggled: (isOpen) => {
+    at("source").hidden = isOpen;
+    at("file").disabled = isOpen;
+  },
+  top: () => source.topLine,
+});
 const taps = new TapPane(at("taps"), { ask: (line) => connection.line(line), choose: chooseTap });
 const parameters = new ParameterPane(at("parameters"), {
   changed: (name) => {
@@ -63,6 +78,14 @@ function changeState(part) {
 function restoreParams(params) {
   parameters.show(shader, params);
   changeState({ params: parameters.params() });
+}
+
+/** Shows a line in the editor, if that is open. */
+function revealLine(line) {
+  if (editor.isOpen) {
+    editor.goTo(line);
+  }
+  return editor.isOpen;
 }
 
 /** The layer with the difference is for a pinned picture. */
@@ -113,6 +136,7 @@ function opened() {
 function lost() {
   at("gone").textContent = "The server does not answer: oslrun studio has ended, or there are too many pages. Trying again every second…";
   at("gone").hidden = false;
+  editor.lost();
 }
 
 function receive(message, samples) {
@@ -140,6 +164,9 @@ function answer(message, samples) {
         wipe.keep();
       }
       break;
+    case "saved":
+      editor.answer(message);
+      break;
     case "line":
       taps.answer(message);
       break;
@@ -158,6 +185,7 @@ function showShader(found) {
   document.title = `${shader.file} – oslrun studio`;
   at("title").textContent = shader.path;
   source.show(shader);
+  editor.show(shader);
   showFile(text);
   fillMenu(at("file"), [...new Set([shader.file, ...shader.files])].map((name) => [name, name]), shader.file);
   showOptions();

@@ -94,6 +94,14 @@ export class Connection {
     return this.isOpen;
   }
 
+  /** Asks the server to save a text; false if there is no connection. */
+  save(edit) {
+    if (this.isOpen) {
+      this.socket.send(JSON.stringify({ type: "save", id: this.nextId++, ...edit }));
+    }
+    return this.isOpen;
+  }
+
   receive(data) {
     if (typeof data === "string") {
       const message = JSON.parse(data);

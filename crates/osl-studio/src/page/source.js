@@ -53,11 +53,13 @@ export function severityClass(message) {
 
 /** The pane with the source. */
 export class SourcePane {
-  /** `pointed(line)` is called when another line is chosen that does something. */
-  constructor(pane, list, pointed) {
+  /** `pointed(line)` is called when another line is chosen that does something; `revealed(line)` when the line of
+   * a message is to be seen, and is false if it is to be seen here. */
+  constructor(pane, list, pointed, revealed) {
     this.pane = pane;
     this.list = list;
     this.pointed = pointed;
+    this.revealed = revealed;
     this.lines = [];
     this.held = null;
     pane.addEventListener("pointerover", (event) => this.pointAt(event));
@@ -169,6 +171,12 @@ export class SourcePane {
     }
   }
 
+  /** The number of the first line that is seen. */
+  get topLine() {
+    const top = this.pane.getBoundingClientRect().top;
+    return this.lines.findIndex((line) => line.getBoundingClientRect().bottom > top) + 1 || 1;
+  }
+
   lineOf(message) {
     return message.file === this.path ? this.lines[message.line - 1] : undefined;
   }
@@ -191,7 +199,12 @@ export class SourcePane {
     const items = errors.map((message) => {
       const place = message.file ? `${message.file}:${message.line}: ` : "";
       const link = element("button", { type: "button", class: "link" }, place + messageText(message));
-      link.onclick = () => this.lineOf(message)?.scrollIntoView({ block: "center" });
+      link.onclick = () => {
+        const line = this.lineOf(message);
+        if (line && !this.revealed(message.line)) {
+          line.scrollIntoView({ block: "center" });
+        }
+      };
       return element("li", { class: "error" }, link);
     });
     if (others) {

@@ -1,8 +1,9 @@
 // Which part of the picture is seen, and how large: with the wheel, by dragging, with two fingers, and with keys.
 //
 // A view has `zoom`, the pixels of the page for each pixel of the picture, and `x` and `y`, the place of the
-// picture in the middle of the frame. Without a view the whole picture is seen, never enlarged. The canvas itself
-// is moved and stretched, so whoever asks for its box finds the right pixel.
+// picture in the middle of the frame. Without a view the whole picture is seen, as large as fits with whole pixels of
+// the page for each of its pixels. The canvas itself is moved and stretched, so whoever asks for its box finds the
+// right pixel.
 
 const LARGEST = 64;
 /** From this zoom on, lines separate the pixels. */
@@ -66,7 +67,9 @@ export class Zoom {
 
   /** The zoom at which the whole picture is seen. */
   get whole() {
-    return Math.min(1, this.room / this.size[0]);
+    const { room, size: [width, height] } = this;
+    const fits = Math.floor(room / Math.max(width, height));
+    return fits > 1 ? Math.min(LARGEST, fits) : Math.min(1, room / width);
   }
 
   /** Width and height of the frame for a zoom. */
@@ -156,7 +159,7 @@ export class Zoom {
     if (!this.view || !width) {
       Object.assign(frame.style, { width: "", height: "" });
       Object.assign(pinned.style, { width: "", height: "", transform: "" });
-      Object.assign(canvas.style, { width: `${width}px`, height: "", transform: "", aspectRatio: `${width} / ${height}` });
+      Object.assign(canvas.style, { width: `${width * Math.max(1, this.whole)}px`, height: "", transform: "", aspectRatio: `${width} / ${height}` });
       this.placed();
       return;
     }

@@ -433,6 +433,136 @@ fn a_page_reads_only_below_the_folder_of_its_file_and_writes_nothing() {
 }
 
 #[test]
+fn a_page_saves_the_source_that_it_shows() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    std::fs::write(&file, GOOD).unwrap();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "4x4"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (shader, _) = page.until("shader");
+    assert_eq!((&shader["locked"], &shader["max_message"]), (&Value::Null, &json!(256 << 10)));
+    let (_, before) = page.until("picture");
+    let next = GOOD.replace("k * u", "k * v");
+    page.save("s.osl", &shader["version"], &next);
+    let (saved, _) = page.until("saved");
+    assert_eq!(saved["saved"], true, "{saved}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), next);
+    // The page follows, as after a change by somebody else.
+    page.state(json!({}));
+    let (_, after) = page.until("picture");
+    assert!(before != after && after == samples_of(&[&file.display().to_string(), "-g", "4x4"]));
+    // An error is at its line.
+    page.save("s.osl", &saved["version"], &GOOD.replace("k * u", "k *"));
+    let (saved, _) = page.until("saved");
+    assert_eq!(saved["saved"], true, "{saved}");
+    let shader = shader_with(&mut page, "version", &saved["version"]);
+    assert_eq!(shader["diagnostics"][0]["line"], 1);
+    // Somebody else's text is not overwritten, unless the page names it.
+    std::fs::write(&file, "// theirs\n").unwrap();
+    page.save("s.osl", &saved["version"], GOOD);
+    let (refused, _) = page.until("saved");
+    assert!(refused["messages"].to_string().contains("has changed on the disk since"), "{refused}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "// theirs\n");
+    page.save("s.osl", &refused["version"], GOOD);
+    assert_eq!(page.until("saved").0["saved"], true);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), GOOD);
+}
+
+/// The next description of a shader with this property.
+fn shader_with(page: &mut Page, name: &str, value: &Value) -> Value {
+    loop {
+        let (shader, _) = page.next();
+        if shader["type"] == "shader" && shader[name] == *value {
+            return shader;
+        }
+    }
+}
+
+#[test]
+fn a_page_saves_no_other_file() {
+    let outside = tempfile::tempdir().unwrap();
+    let folder = outside.path().join("inside");
+    std::fs::create_dir(&folder).unwrap();
+    let group = "shader s layer;";
+    for (name, text) in [("s.osl", GOOD), ("t.osl", GOOD), ("s.h", GOOD), ("s.oso", GOOD), ("g.group", group)]
+    {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    std::fs::write(folder.join("bytes.osl"), b"// \xff\n").unwrap();
+    std::fs::write(outside.path().join("secret.osl"), GOOD).unwrap();
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(outside.path().join("secret.osl"), folder.join("link.osl")).unwrap();
+    let studio = Studio::start(&folder, &["s.osl", "-g", "2x2"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    let version = page.until("shader").0["version"].clone();
+    page.until("picture");
+    let mut refused = |state: Value, file: &str, text: &str| {
+        page.state(state);
+        page.save(file, &version, text);
+        let (answer, _) = page.until("saved");
+        assert_eq!(answer["saved"], false, "{file}");
+        answer["messages"][0]["message"].as_str().unwrap_or_default().to_string()
+    };
+    let secret = outside.path().join("secret.osl").display().to_string();
+    // The page shows s.osl.
+    for file in ["t.osl", "../secret.osl", &secret, "link.osl", "s.h", "new.osl", "", ".", "./s.osl"] {
+        let why = refused(json!({}), file, "x");
+        assert!(why.contains("the page does not show"), "{file}: {why}");
+    }
+    // What the page cannot show it cannot save.
+    for file in ["../secret.osl", &secret, "link.osl", "s.h", "new.osl"] {
+        let why = refused(json!({ "file": file }), file, "x");
+        assert!(!why.is_empty() && !why.contains("has changed"), "{file}: {why}");
+    }
+    let why = refused(json!({ "file": "g.group" }), "g.group", "x");
+    assert!(why.contains("a page saves only sources (.osl)"), "{why}");
+    let why = refused(json!({ "file": "bytes.osl" }), "bytes.osl", "x");
+    assert!(why.contains("it is not text (byte 3 is not UTF-8)"), "{why}");
+    let why = refused(json!({}), "s.osl", "a\0b");
+    assert!(why.contains("it is not text (byte 1 is zero)"), "{why}");
+    // The reason is there before the attempt.
+    for (file, reason) in [
+        ("g.group", "a page saves only sources (.osl)"),
+        ("bytes.osl", "it is not text (byte 3 is not UTF-8)"),
+    ] {
+        page.state(json!({ "file": file }));
+        assert_eq!(shader_with(&mut page, "file", &json!(file))["locked"], reason);
+    }
+    let names: std::collections::BTreeSet<String> = std::fs::read_dir(&folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    assert!(!names.contains("new.osl") && names.iter().all(|name| !name.contains(".part")), "{names:?}");
+    for path in [folder.join("s.osl"), folder.join("t.osl"), folder.join("s.h"), secret.into()] {
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), GOOD, "{}", path.display());
+    }
+    assert_eq!(std::fs::read(folder.join("bytes.osl")).unwrap(), b"// \xff\n");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_out_of_the_folder_is_shown_when_named_and_never_saved() {
+    let outside = tempfile::tempdir().unwrap();
+    let folder = outside.path().join("inside");
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::write(outside.path().join("real.osl"), GOOD).unwrap();
+    std::os::unix::fs::symlink("../real.osl", folder.join("s.osl")).unwrap();
+    let studio = Studio::start(&folder, &["s.osl", "-g", "2x2"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (shader, _) = page.until("shader");
+    let why = "it lies outside of the folders that may be used";
+    assert_eq!(shader["locked"], why);
+    page.until("picture");
+    page.save("s.osl", &shader["version"], "x");
+    let (refused, _) = page.until("saved");
+    assert!(refused["messages"].to_string().contains(why), "{refused}");
+    assert_eq!(std::fs::read_to_string(outside.path().join("real.osl")).unwrap(), GOOD);
+}
+
+#[test]
 fn limits_hold_for_every_picture() {
     let folder = tempfile::tempdir().unwrap();
     let text = "shader s(int n = 1, output float f = 0) { for (int i = 0; i < n; i++) f += noise(P * i); }";

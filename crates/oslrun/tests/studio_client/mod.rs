@@ -127,6 +127,12 @@ impl Page {
         self.send(json!({ "type": "line", "id": self.id, "line": line }));
     }
 
+    /// Saves a text of a file in place of the text with this version.
+    pub(crate) fn save(&mut self, file: &str, version: &Value, text: &str) {
+        self.id += 1;
+        self.send(json!({ "type": "save", "id": self.id, "file": file, "version": version, "text": text }));
+    }
+
     fn send(&mut self, message: Value) {
         self.socket.send(Message::text(message.to_string())).unwrap();
     }

@@ -2,13 +2,14 @@
 //!
 //! The crate osl-studio has the server and the page; [`subject`] answers its questions with the functions
 //! that also make the pictures and explanations of the other commands, [`picture`] those about a picture and
-//! [`line`] those about a line. This module reads the command line, starts the server and opens the browser.
-//! It must not know messages.
+//! [`line`] those about a line; [`save`] writes the file. This module reads the command line, starts the
+//! server and opens the browser. It must not know messages.
 
 mod difference;
 mod line;
 mod outside;
 mod picture;
+mod save;
 mod subject;
 
 use super::Failure;

@@ -1,5 +1,5 @@
 //! The shader of a page: describes it and explains its pixels, each as the command of that name does.
-//! [`picture`] makes its pictures.
+//! [`picture`] makes its pictures, [`save`] saves its file.
 //!
 //! Every answer starts from the options of the command line with the values of the page in place of theirs,
 //! and has the limits of a command of its own. Values from a page are not typed by the user: they open no
@@ -7,7 +7,7 @@
 //! know connections.
 
 use super::difference::Pinned;
-use super::{line, picture};
+use super::{line, picture, save};
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
 use crate::cli::levels;
@@ -15,19 +15,21 @@ use crate::cli::load::{self, Request};
 use crate::cli::watch::Reads;
 use crate::cli::{Failure, explain, info, input, repair, report};
 use osl::stages;
-use osl_files::{Roots, stamp};
+use osl_files::{FileError, Roots, open_named, stamp};
 use osl_hir::lint::Level;
 use osl_ir::ir::Body;
 use osl_ir::types::StructTable;
 use osl_limits::Cancel;
 use osl_scene::shape::Shape;
-use osl_studio::{Files, First, Layer, Line, Output, Picture, Shader, State, Stop, Subject};
-use serde_json::Value;
+use osl_studio::{Edit, Files, First, Layer, Line, Output, Picture, Saved, Shader, State, Stop, Subject};
+use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
 /// Endings of the files that a page can show.
-const ENDINGS: [&str; 4] = ["osl", "oso", "group", "oslgroup"];
+const ENDINGS: [&str; 4] = [SOURCE, "oso", "group", "oslgroup"];
+/// The ending of a source.
+pub(super) const SOURCE: &str = "osl";
 /// The surface that is no surface: the grid.
 const PATCH: &str = "patch";
 
@@ -55,6 +57,11 @@ impl Studio {
         self.main().parent().unwrap_or(Path::new(""))
     }
 
+    /// The folder of the file on the command line, in which a page reads and saves shaders.
+    fn roots(&self) -> Roots {
+        Roots::new([self.folder()])
+    }
+
     /// The file of a state. It is below the folder of the file on the command line, also if links are
     /// followed.
     fn file(&self, state: &State) -> Result<PathBuf, Stop> {
@@ -70,7 +77,7 @@ impl Studio {
                 "{name}: a page shows only shaders below the folder of its file"
             )));
         }
-        match Roots::new([self.folder()]).open(&path) {
+        match self.roots().open(&path) {
             Ok(_) => Ok(path),
             Err(error) => Err(Stop::error(format!("{name}: {error}"))),
         }
@@ -145,8 +152,14 @@ impl Subject for Studio {
         files.insert(path.clone(), stamp(&path));
         let mut args = self.args(&State { params: Some(Vec::new()), ..state.clone() }, &cancel)?;
         args.outputs = None;
-        let text = input::read_text(&path, args.read.limits.limits())
-            .map_err(|why| Stop::error(format!("cannot read {}: {why}", path.display())))?;
+        let read = open_named(&path).and_then(|file| file.text(args.read.limits.limits().reading.file_bytes));
+        let unreadable = |why: &FileError| format!("cannot read {}: {why}", path.display());
+        let (text, is_text) = match read {
+            Ok(text) => (text, Ok(())),
+            // The page says so in place of a text.
+            Err(why @ (FileError::NotUtf8(_) | FileError::Zero(_))) => (String::new(), Err(why)),
+            Err(why) => return Err(Stop::error(unreadable(&why))),
+        };
         let mut shader = Shader {
             file: path.strip_prefix(self.folder()).unwrap_or(&path).display().to_string(),
             files: self.files(),
@@ -157,11 +170,17 @@ impl Subject for Studio {
             on: self.run.on.on.clone(),
             size: [self.run.grid.0, self.run.grid.1],
             text,
+            locked: save::locked(&self.roots(), &path),
             ..Shader::default()
         };
         let named = Shape::NAMED.iter().map(|(name, _)| (*name).to_string());
         let mesh = self.run.on.on.clone().filter(|on| Shape::named(on).is_none());
         shader.surfaces = std::iter::once(PATCH.to_string()).chain(named).chain(mesh).collect();
+        if let Err(why) = is_text {
+            shader.diagnostics = vec![json!({ "severity": "error", "message": unreadable(&why) })];
+            shader.locked = Some(why.to_string());
+            return Ok(shader);
+        }
         let is_group = load::is_group(&path) || !args.network.is_empty();
         let mut reads = Reads::default();
         let mut found = Vec::new();
@@ -236,6 +255,14 @@ impl Subject for Studio {
         if failed || cancel.is_cancelled() { Err(stop(messages, cancel)) } else { Ok(text) }
     }
 
+    fn save(&mut self, state: &State, edit: &Edit) -> Result<Saved, Stop> {
+        let path = self.file(state)?;
+        if path != self.folder().join(&edit.file) {
+            return Err(Stop::error(format!("not saved: the page does not show {}", edit.file)));
+        }
+        save::save(&self.roots(), &path, edit, self.run.read.limits.limits())
+    }
+
     fn line(&mut self, state: &State, line: u32, cancel: &Cancel) -> Result<Line, Stop> {
         let args = self.args(state, cancel)?;
         if !args.file.as_deref().is_some_and(has_lines) || !args.network.is_empty() {
@@ -252,7 +279,7 @@ impl Subject for Studio {
 
 /// Whether the lines of a file have pictures: whether it is the source of a single shader.
 fn has_lines(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending == "osl")
+    path.extension().is_some_and(|ending| ending == SOURCE)
 }
 
 /// Checks a shader that was read.
