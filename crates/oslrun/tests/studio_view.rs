@@ -437,3 +437,57 @@ fn the_source_is_edited_and_saved() {
     reason("only sources");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
+
+#[test]
+fn an_error_is_traded_for_samples_and_a_layer_shows_where_they_are() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "96x64", "--shading-rate", "2x2"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let choose = |menu: &str, value: &str| {
+        browser.run(&format!(
+            "const menu = document.getElementById('{menu}');
+             menu.value = '{value}';
+             menu.dispatchEvent(new Event('change'))"
+        ));
+        browser.wait(IDLE);
+    };
+    let is_disabled =
+        |selector: &str| browser.run(&format!("return document.querySelector('{selector}').disabled"));
+    assert_eq!(is_disabled("[value=samples]"), true);
+    let given = pixels(&browser);
+    choose("max-error", "2%");
+    browser.wait("location.hash.includes('max_error=2%25')");
+    let says = "document.getElementById('run-messages').textContent.includes('evaluations a pixel')";
+    browser.wait(says);
+    let shown = pixels(&browser);
+    assert!(shown != given);
+    browser.run(
+        "navigator.clipboard.writeText = async (text) => { window.copied = text; };
+         document.getElementById('copy').click()",
+    );
+    browser.wait("window.copied");
+    let line = browser.run("return window.copied");
+    let line = line.as_str().unwrap();
+    assert!(line.contains(" --max-error 2% ") && !line.contains("--shading-rate"), "{line}");
+    studio.run_beside(folder.path(), &line.split(' ').skip(1).map(str::to_string).collect::<Vec<_>>());
+    let image = read_image(&folder.path().join("lines.png")).unwrap();
+    assert!(shown == image.samples.iter().map(|x| (x * 255.0).round() as u8).collect::<Vec<_>>(), "{line}");
+    choose("layer", "samples");
+    browser.wait("document.getElementById('run-messages').textContent.includes('samples of each pixel')");
+    assert!(pixels(&browser).chunks(3).any(|pixel| pixel == [255; 3]));
+    screenshot(&browser, "studio.samples.png");
+    browser.reload();
+    browser.wait(IDLE);
+    browser.wait("document.getElementById('max-error').value === '2%'");
+    assert_eq!(browser.run("return document.getElementById('layer').value"), "samples");
+    // Without an error there is no layer of samples, and on a surface there is no error.
+    choose("max-error", "");
+    assert_eq!(is_disabled("[value=samples]"), true);
+    assert_eq!(browser.run("return document.getElementById('layer').value"), "");
+    assert!(pixels(&browser) == given);
+    browser.wait("!location.hash.includes('max_error')");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}

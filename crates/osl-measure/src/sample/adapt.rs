@@ -163,6 +163,7 @@ fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
     image.tally.pixels = refiner.pixels.len() as u64;
     image.tally.evaluations = refiner.evaluations;
     image.tally.note_all(refiner.each.iter().copied());
+    image.samples = refiner.each;
     image.tally.unfinished = refiner.active.len() as u64;
     image.tally.not_finite = not_finite(&values);
     image.frame.planes = shading.filled(values);

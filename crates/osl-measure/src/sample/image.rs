@@ -39,6 +39,9 @@ pub struct Image {
     pub frame: Frame,
     /// What the image cost.
     pub tally: Tally,
+    /// Samples of each pixel, 0 where it was interpolated. Empty if the plan alone says it: all pixels have
+    /// the same number, or there is one for several.
+    pub samples: Vec<u32>,
 }
 
 /// What an image cost, and what is known of its error.

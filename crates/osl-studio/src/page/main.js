@@ -5,7 +5,7 @@ import { SourcePane, messageText, severityClass } from "./source.js";
 import { PicturePane } from "./picture.js";
 import { ParameterPane } from "./parameters.js";
 import { lineTexts, showExplanation } from "./explanation.js";
-import { DIFFERENCE, commandLine, flushFragment, readFragment, writeFragmentSoon } from "./state.js";
+import { DIFFERENCE, commandLine, flushFragment, isSampled, readFragment, writeFragmentSoon } from "./state.js";
 import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
 import { Zoom } from "./zoom.js";
@@ -14,6 +14,11 @@ import { Editor } from "./editor.js";
 import { element, fillMenu } from "./element.js";
 
 const at = (id) => document.getElementById(id);
+
+/** The errors that the menu offers. */
+const ERRORS = ["10%", "5%", "2%", "1%", "0.5%"];
+/** The layer that shows where the samples of a picture with an error are. */
+const SAMPLES = "samples";
 
 let state = readFragment();
 let shader = null;
@@ -90,7 +95,7 @@ function revealLine(line) {
 
 /** The layer with the difference is for a pinned picture. */
 function pinned(isPinned) {
-  at("layer").querySelector(`[value=${DIFFERENCE}]`).disabled = !isPinned;
+  layerOption(DIFFERENCE).disabled = !isPinned;
   if (!isPinned && state.layer === DIFFERENCE) {
     changeState({ layer: undefined });
     showOptions();
@@ -216,8 +221,18 @@ function showOptions() {
   const own = state.range && state.range !== "auto" ? [[state.range, state.range]] : [];
   fillMenu(at("range"), [...ranges, ...own], state.range ?? "");
   at("range").disabled = Boolean(state.lit);
+  const isFlat = !state.lit && (state.on ?? shader?.on ?? "patch") === "patch";
+  const errors = [["", isSampled(shader) ? "as started" : "off"], ...ERRORS.map((error) => [error, error.replace("%", " %")])];
+  const other = state.max_error && !ERRORS.includes(state.max_error) ? [[state.max_error, state.max_error]] : [];
+  fillMenu(at("max-error"), [...errors, ...other], state.max_error ?? "");
+  at("max-error").disabled = !isFlat;
+  layerOption(SAMPLES).disabled = !isFlat || !(state.max_error || isSampled(shader, true));
   at("layer").value = state.layer ?? "";
   at("layer").disabled = Boolean(state.lit);
+}
+
+function layerOption(name) {
+  return at("layer").querySelector(`[value=${name}]`);
 }
 
 /** The line that is shown stays the same one after a change of the file; another file has none. */
@@ -270,17 +285,30 @@ at("output").onchange = () => {
   changeState({ output: at("output").value });
   showOutputs();
 };
-at("on").onchange = () => changeState({ on: at("on").value });
+/** The parts of a state that a surface does not have. */
+function withoutSamples() {
+  return { max_error: undefined, layer: state.layer === SAMPLES ? undefined : state.layer };
+}
+
+at("on").onchange = () => {
+  changeState({ on: at("on").value, ...withoutSamples() });
+  showOptions();
+};
 at("lit").onchange = () => {
   // The patch has no preview; the surface of a preview is a sphere, unless another one is chosen.
   const isPatch = at("on").value === "patch";
   if (at("lit").checked && isPatch) {
     at("on").value = "sphere";
   }
-  changeState({ lit: at("lit").checked, on: at("on").value, layer: undefined });
+  changeState({ lit: at("lit").checked, on: at("on").value, ...withoutSamples(), layer: undefined });
   showOptions();
 };
 at("range").onchange = () => changeState({ range: at("range").value || undefined });
+at("max-error").onchange = () => {
+  const error = at("max-error").value || undefined;
+  changeState(error ? { max_error: error } : withoutSamples());
+  showOptions();
+};
 at("layer").onchange = () => changeState({ layer: at("layer").value || undefined });
 addEventListener("keydown", (event) => {
   if (event.key === "Escape") {

@@ -1,10 +1,10 @@
-// What is shown: the file, the output, the surface, the range, the layer, the values of parameters, and the part of
+// What is shown: the file, the output, the surface, the range, the layer, the error, the values of parameters, and the part of
 // the picture that is seen, kept in the fragment of the address, so that a reload or a copied address shows the same.
 
 import { isTap } from "./taps.js";
 
 /** The parts of a state that are texts. */
-const NAMES = ["file", "output", "on", "range", "layer", "view"];
+const NAMES = ["file", "output", "on", "range", "layer", "max_error", "view"];
 
 /** The layer with the difference to a pinned picture. It is not in the address, because the pinned picture is not. */
 export const DIFFERENCE = "difference";
@@ -82,10 +82,32 @@ function withoutRange(options) {
   return options.filter((option, at) => !isAfter(at) && !/^--(range|exposure|signed)(=|$)/.test(option));
 }
 
+/** Options that an error bound replaces, and those of them that have no value. */
+const SAMPLED = ["--max-error", "--adaptive", "--within", "--shading-rate", "--prefilter"];
+const ALONE = ["--prefilter"];
+
+function isOneOf(names, option) {
+  return names.some((name) => option === name || option?.startsWith(`${name}=`));
+}
+
+/** Whether the command line gives the pixels other numbers of samples than one; with `differ`, whether these
+ * differ from pixel to pixel. */
+export function isSampled(shader, differ = false) {
+  const names = differ ? ["--max-error", "--adaptive"] : [...SAMPLED, "--samples"];
+  return Boolean(shader?.command.some((option) => isOneOf(names, option)));
+}
+
+/** The options without those that the error bound of a state replaces. */
+function withoutSampling(options) {
+  const hasValue = (option) => SAMPLED.includes(option) && !ALONE.includes(option);
+  return options.filter((option, at) => !isOneOf(SAMPLED, option) && !hasValue(options[at - 1]));
+}
+
 /** The command line that makes the picture of a state. */
 export function commandLine(shader, state) {
-  const [program, ...options] = shader.command;
+  const [program, ...given] = shader.command;
   const range = state.lit ? undefined : state.range;
+  const options = state.max_error ? [...withoutSampling(given), "--max-error", state.max_error] : given;
   const words = [program, shader.path, ...(range ? [...withoutRange(options), "--range", range] : options)];
   const output = state.output ?? shader.output;
   const isColor = shader.outputs.some((one) => one.name === output && one.type === "color");

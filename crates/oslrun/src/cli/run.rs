@@ -120,6 +120,8 @@ pub(super) struct Kept {
     pub(super) covered: Option<Plane>,
     /// Whether the values miss their error bound.
     pub(super) missed: bool,
+    /// What the samples took, if the picture does not have one for each pixel.
+    pub(super) said: Option<sampling::Said>,
     /// Of a preview: its channels, and the samples that a PNG file stores.
     pub(super) lit: (usize, Vec<u8>),
     /// The time until the program was ready, and the time that it ran.
@@ -260,8 +262,9 @@ fn shaded(
         let textures = services.textures.clone();
         let services = Services { textures, ..session::services(&args, folder, grid_spaces(&args)) };
         let points = WithData { data: points.data.clone(), points: session::points(&args) };
-        // If it fails, the whole grid says why.
-        if let Ok(shaded) = shade(programs, &services, &points, (plan, closures, started), &args, &sources) {
+        // One sample for each pixel is enough. If it fails, the whole grid says why.
+        let plan = (Plan::Plain, closures, started);
+        if let Ok(shaded) = shade(programs, &services, &points, plan, &args, &sources) {
             let mut frame = shaded.frame;
             if closures {
                 closures::layers(&mut frame);
@@ -340,9 +343,14 @@ fn shaded(
         }
     }
     let mut missed = false;
-    if let Some(said) = said {
+    if let Some(said) = &said {
         let _ = write!(err, "{}", shown(&said.notes));
-        let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
+        let _ = match (args.stats, &args.live) {
+            (true, _) => write!(err, "{}", said.text),
+            (false, None) => write!(out, "{}", said.text),
+            // A page has its own place for it.
+            (false, Some(_)) => Ok(()),
+        };
         if let Some(why) = &said.missed {
             let _ = writeln!(err, "warning: {}", shown(why));
             missed = true;
@@ -365,6 +373,7 @@ fn shaded(
         Some(kept) => {
             kept.frame = frame;
             kept.missed = missed;
+            kept.said = said;
             kept.times = [compile_time, run];
         }
         None if missed => return Err(Failure::missed()),
@@ -449,7 +458,8 @@ fn shade(
             let shaded = computed(&mut image, closures, args)?;
             return Ok(Shaded { said: Some(image.said()), ..shaded });
         }
-        let mut sampled = Sampled::new(shading, (plan, &target), args.stats, &tick);
+        let sampled = Sampled::new(shading, (plan, &target), args.stats, &tick);
+        let mut sampled = sampled.keeping(args.live.is_some());
         let shaded = computed(&mut sampled, closures, args)?;
         let said = sampled.said().map_err(Broken::Run)?;
         Ok(Shaded { said: Some(said), ..shaded })

@@ -213,6 +213,8 @@ pub(super) struct Sampled<'a, 'b> {
     tally: Tally,
     /// The pixels to compare with an oracle.
     watch: Option<Watch>,
+    /// The samples of each pixel, if somebody wants to know them.
+    samples: Option<Vec<u32>>,
     progress: &'a (dyn Fn(usize) + Sync),
 }
 
@@ -220,6 +222,8 @@ pub(super) struct Sampled<'a, 'b> {
 #[derive(Default)]
 pub(super) struct Said {
     pub(super) tally: Tally,
+    /// Samples of each pixel, 0 where it was interpolated, if they are kept and differ.
+    pub(super) samples: Vec<u32>,
     /// What the image took, and its error.
     pub(super) text: String,
     /// Notes on the error bounds.
@@ -250,7 +254,12 @@ impl<'a, 'b> Sampled<'a, 'b> {
         let (width, height) = shading.surface.size();
         let watch = check.then(|| Watch::new(width * height, CHECKED));
         let tally = Tally { evaluations: target.looks, ..Tally::default() };
-        Sampled { shading, plan, target, tally, watch, progress }
+        Sampled { shading, plan, target, tally, watch, samples: None, progress }
+    }
+
+    /// The same; with `keeps`, the report has the samples of each pixel.
+    pub(super) fn keeping(self, keeps: bool) -> Sampled<'a, 'b> {
+        Sampled { samples: keeps.then(Vec::new), ..self }
     }
 
     fn piece(&self, rows: Range<usize>) -> Result<Image, RunError> {
@@ -282,7 +291,8 @@ impl<'a, 'b> Sampled<'a, 'b> {
         let bounds = self.target.each.clone();
         let max_error = (!bounds.is_empty()).then(|| Kept { bounds, kept: missed.is_none() });
         let notes = self.target.words.clone();
-        Ok(Said { tally: self.tally, text, notes, max_error, missed, within: None })
+        let samples = self.samples.unwrap_or_default();
+        Ok(Said { tally: self.tally, samples, text, notes, max_error, missed, within: None })
     }
 }
 
@@ -303,6 +313,9 @@ impl Rows for Sampled<'_, '_> {
         self.tally.add(&image.tally);
         if let Some(watch) = &mut self.watch {
             watch.note(&image, first);
+        }
+        if let Some(samples) = &mut self.samples {
+            samples.extend_from_slice(&image.samples);
         }
         (self.progress)(self.tally.pixels as usize);
         Ok(image.frame)

@@ -180,6 +180,86 @@ fn a_layer_marks_values_that_the_picture_does_not_show() {
     assert!(page.until("failed").0["messages"].to_string().contains("has no layers"));
 }
 
+#[test]
+fn a_picture_with_an_error_has_the_bits_of_the_command_line_and_says_its_cost() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "shader s(float k = 9, output color c = 0, output float f = 0)
+        { f = step(0.4, u) * 0.5 + 0.5 * sin(k * v); c = color(f, u, v); }";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let file = folder.path().join("s.osl").display().to_string();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "64x48"]);
+    let mut page = studio.page();
+    let said = |header: &Value| {
+        let list = header["messages"].as_array().unwrap().iter();
+        list.map(|message| message["message"].as_str().unwrap().to_string()).collect::<Vec<_>>().join("\n")
+    };
+    let (header, _) = picture(&mut page, json!({ "output": "c" }));
+    assert!(!said(&header).contains("evaluations"), "{header}");
+    for (error, params) in [("10%", json!([])), ("0.5%", json!([["k", "30"]]))] {
+        let state = json!({ "output": "c", "max_error": error, "params": params });
+        let mut words = vec![file.as_str(), "-g", "64x48", "--outputs", "c", "--max-error", error];
+        if !params.as_array().unwrap().is_empty() {
+            words.extend(["-p", "k=30"]);
+        }
+        let (header, samples) = picture(&mut page, state.clone());
+        assert!(samples == samples_of(&words), "{error}");
+        let said_now = said(&header);
+        for part in [
+            "% of the range of c (",
+            " evaluations a pixel: ",
+            "the error bound is kept, as estimated",
+            "it ran for ",
+            "the last picture with one sample for each pixel ran for ",
+        ] {
+            assert!(said_now.contains(part), "{part}: {said_now}");
+        }
+        assert_eq!(header["text"], "", "the cost is not a text of the shader");
+        // The layer: as many pixels are black as are interpolated.
+        let mut layer = state.clone();
+        layer["layer"] = json!("samples");
+        let (header, samples) = picture(&mut page, layer);
+        assert_eq!((&header["channels"], samples.len()), (&json!(3), 64 * 48 * 3));
+        let black = samples.chunks(3).filter(|pixel| pixel == &[0; 3]).count();
+        let words = said(&header);
+        let share = format!("black none ({:.1} % are interpolated)", 100.0 * black as f64 / (64.0 * 48.0));
+        assert!(words.contains(&share) && words.contains(" evaluations a pixel: "), "{share}: {words}");
+        assert!(black > 0 && samples.chunks(3).any(|pixel| pixel == [255; 3]), "{words}");
+    }
+    // What makes no sense is said.
+    for (state, why) in [
+        (json!({ "max_error": "much" }), "much"),
+        (json!({ "max_error": "0%" }), "above 0 %"),
+        (json!({ "max_error": "2%", "on": "sphere" }), "for the patch without light"),
+        (json!({ "max_error": "2%", "on": "sphere", "lit": true }), "for the patch without light"),
+        (json!({ "layer": "samples" }), "the same number of samples"),
+    ] {
+        page.state(state);
+        let (failed, _) = page.until("failed");
+        assert!(failed["messages"].to_string().contains(why), "{why}: {failed}");
+    }
+    // A small picture comes first, with one sample for each pixel.
+    let mut page = studio.page();
+    page.state(json!({ "output": "c", "max_error": "0.5%" }));
+    let mut next = page.next();
+    while next.0["type"] != "picture" {
+        next = page.next();
+    }
+    assert_eq!(next.0["coarse"], true);
+    assert!(next.1 == samples_of(&[&file, "-g", "16x12", "--outputs", "c"]));
+    // An error of the command line counts until the page has another one.
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "64x48", "--max-error", "5%"]);
+    let mut page = studio.page();
+    for (state, error) in
+        [(json!({ "output": "f" }), "5%"), (json!({ "output": "f", "max_error": "1%" }), "1%")]
+    {
+        let (_, samples) = picture(&mut page, state);
+        assert!(
+            samples == samples_of(&[&file, "-g", "64x48", "--outputs", "f", "--max-error", error]),
+            "{error}"
+        );
+    }
+}
+
 /// The picture of a difference, and what the command says about it.
 fn compared(args: &[&str]) -> (Vec<u8>, Value) {
     let dir = tempfile::tempdir().unwrap();

@@ -398,7 +398,8 @@ impl<'a> Work<'_, 'a> {
             image.frame.add(refiner.said, &self.shading.options.limits.running);
         }
         image.tally.pixels = self.known.len() as u64;
-        image.tally.note_all(samples.into_iter());
+        image.tally.note_all(samples.iter().copied());
+        image.samples = samples;
         image.tally.unfinished = self.unfinished;
         image.tally.above = self.above;
         image.tally.cheaper = self.chosen;

@@ -9,6 +9,7 @@ mod difference;
 mod line;
 mod outside;
 mod picture;
+mod samples;
 mod save;
 mod subject;
 

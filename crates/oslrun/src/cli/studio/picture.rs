@@ -7,8 +7,9 @@
 
 use super::difference::Pinned;
 use super::subject::{outputs, stop, told, watch};
-use super::{line, outside};
-use crate::cli::args::RunArgs;
+use super::{line, outside, samples};
+use crate::cli::args::{RunArgs, SampleArgs};
+use crate::cli::bounds::bounds;
 use crate::cli::load::{self, Request};
 use crate::cli::preview::PreviewArgs;
 use crate::cli::watch::Reads;
@@ -30,6 +31,10 @@ const LIGHT: &str = "light";
 const OUTSIDE: &str = "outside";
 /// The layer that shows how much the picture differs from the pinned one.
 const DIFFERENCE: &str = "difference";
+/// The layer that shows where the samples are.
+const SAMPLES: &str = "samples";
+/// The part of the time in which the shader runs.
+pub(super) const RUN: &str = "run";
 /// How much printed text a page shows, in bytes.
 const MAX_TEXT: usize = 64 << 10;
 
@@ -41,6 +46,8 @@ enum Cover<'a> {
     Marks,
     /// The difference to another picture.
     Difference(&'a Pinned),
+    /// The number of samples of each pixel.
+    Samples,
 }
 
 /// A picture to make.
@@ -62,10 +69,15 @@ impl<'a> Job<'a> {
         Ok(Job { cover: cover(state, pinned)?, args: chosen(args, state)?, state, cancel })
     }
 
+    /// Whether the picture has one sample for each pixel of the patch.
+    pub(super) fn is_plain(&self) -> bool {
+        !self.state.lit && self.args.on.on.is_none() && !self.args.sampling.is_given()
+    }
+
     /// Makes the picture; with `first`, a small one before it.
     pub(super) fn picture(self, first: Option<First<'_>>, files: &mut Files) -> Result<Picture, Stop> {
-        // A small picture has no difference to a pinned one of another size.
-        let first = first.filter(|_| !matches!(self.cover, Cover::Difference(_)));
+        // A small picture has no difference to a pinned one of another size, and one sample for each pixel.
+        let first = first.filter(|_| !matches!(self.cover, Cover::Difference(_) | Cover::Samples));
         // The program of a grid runs both pictures; that of a surface is compiled for each.
         let is_grid = !self.state.lit && self.args.on.on.is_none();
         match first {
@@ -147,6 +159,14 @@ impl<'a> Job<'a> {
 
 /// The options with the output and the range of a state. A picture with light has all outputs and no range.
 fn chosen(mut args: RunArgs, state: &State) -> Result<RunArgs, Stop> {
+    if let Some(error) = &state.max_error {
+        if state.lit || args.on.on.is_some() {
+            return Err(Stop::error("an error bound is for the patch without light"));
+        }
+        let max_error = Some(bounds(error).map_err(Stop::error)?);
+        let SampleArgs { samples, filter, .. } = args.sampling;
+        args.sampling = SampleArgs { max_error, samples, filter, ..SampleArgs::default() };
+    }
     if state.lit {
         return Ok(args);
     }
@@ -212,6 +232,7 @@ fn cover<'a>(state: &State, pinned: Option<&'a Pinned>) -> Result<Cover<'a>, Sto
                 Err(Stop::error("no values are pinned: choose no layer, switch Lit off, and pin the picture"))
             }
         },
+        Some(SAMPLES) => Ok(Cover::Samples),
         Some(layer) => Err(Stop::error(format!("a page has no layer {layer}"))),
     }
 }
@@ -251,23 +272,31 @@ fn shown(kept: &run::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, 
         samples,
         ..Picture::default()
     };
-    let mut note = shown.note;
+    let mut notes: Vec<String> = shown.note.into_iter().collect();
     match cover {
         Cover::Nothing => {}
         Cover::Marks => {
             let marked = outside::marked(&shown.planes, covered.as_deref(), &picture.samples, shown.range);
             (picture.samples, picture.channels) = (marked.samples, marked.channels);
-            note = Some(marked.words);
+            notes = vec![marked.words];
         }
         Cover::Difference(pinned) => {
             let differing = pinned.difference(&Pinned::of(name, (width, height), &components))?;
             (picture.samples, picture.channels) = (differing.samples, 3);
-            note = Some(differing.words);
+            notes = vec![differing.words];
+        }
+        Cover::Samples => {
+            let counted = kept.said.as_ref().and_then(samples::shown);
+            let counted = counted
+                .ok_or_else(|| Failure::new("every pixel has the same number of samples: choose an error"))?;
+            (picture.samples, picture.channels) = (counted.samples, 3);
+            notes = vec![counted.words];
         }
     }
-    picture.messages = note.map(|note| json!({ "severity": "note", "message": note })).into_iter().collect();
+    notes.extend(kept.said.iter().flat_map(samples::notes));
+    picture.messages = notes.iter().map(|note| json!({ "severity": "note", "message": note })).collect();
     let [compile, run] = kept.times;
-    let phases = [("compile", compile), ("run", run), ("samples", started.elapsed())];
+    let phases = [("compile", compile), (RUN, run), ("samples", started.elapsed())];
     picture.phases = phases.map(|(name, time)| (name, time.as_secs_f64())).into();
     Ok(picture)
 }
