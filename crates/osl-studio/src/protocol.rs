@@ -51,6 +51,8 @@ pub(crate) enum Request {
     Line { id: u64, line: u32 },
     /// Keep the values of the present state, or forget those that are kept.
     Pin { id: u64, pinned: bool },
+    /// Write the present state as the text of a group.
+    Group { id: u64 },
     /// Save a text as the file of the present state.
     Save {
         id: u64,
@@ -176,6 +178,11 @@ pub(crate) fn line(id: u64, number: u32, line: &Line) -> String {
 /// The message that values are kept, or not; with the reasons if they should be and are not.
 pub(crate) fn pinned(id: u64, pinned: bool, messages: &[Value]) -> String {
     json!({ "type": "pinned", "id": id, "pinned": pinned, "messages": messages }).to_string()
+}
+
+/// The message with the text of a group, or with the reasons why there is none.
+pub(crate) fn group(id: u64, text: Option<&str>, messages: &[Value]) -> String {
+    json!({ "type": "group", "id": id, "text": text, "messages": messages }).to_string()
 }
 
 /// The message that a text is saved, or that it is not because the file was changed. `version` is that of the

@@ -33,6 +33,7 @@ struct Inbox {
     point: Option<(u64, [usize; 2])>,
     line: Option<(u64, u32)>,
     pin: Option<(u64, bool)>,
+    group: Option<u64>,
     save: Option<(u64, Edit)>,
     /// The payload of a ping.
     ping: Option<tungstenite::Bytes>,
@@ -56,7 +57,8 @@ enum Work {
     Picture,
     Point,
     Line,
-    /// Nothing: the values that the page pins are those of the state at that time.
+    /// Nothing: the values that the page pins, and the text that it copies, are those of the state at that
+    /// time.
     Pin,
     /// Nothing: a text is saved whole.
     Save,
@@ -71,6 +73,7 @@ enum Task {
     Point(u64, [usize; 2]),
     Line(u64, u32),
     Pin(u64, bool),
+    Group(u64),
     /// A text for the file of the newest state, if that is not shown yet.
     Save {
         id: u64,
@@ -116,6 +119,8 @@ impl Shared {
                 Some(Task::Picture { state: inbox.state.take(), changed })
             } else if let Some((id, pinned)) = inbox.pin.take() {
                 Some(Task::Pin(id, pinned))
+            } else if let Some(id) = inbox.group.take() {
+                Some(Task::Group(id))
             } else if let Some((id, at)) = inbox.point.take() {
                 Some(Task::Point(id, at))
             } else {
@@ -126,7 +131,7 @@ impl Shared {
                 let kind = match task {
                     Task::Point(..) => Work::Point,
                     Task::Line(..) => Work::Line,
-                    Task::Pin(..) => Work::Pin,
+                    Task::Pin(..) | Task::Group(_) => Work::Pin,
                     Task::Save { .. } => Work::Save,
                     Task::Picture { .. } | Task::Pong(_) => Work::Picture,
                 };
@@ -174,6 +179,7 @@ impl Inbox {
                 self.line = Some((id, line));
             }
             Request::Pin { id, pinned } => self.pin = Some((id, pinned)),
+            Request::Group { id } => self.group = Some(id),
             Request::Save { id, edit } => {
                 // The picture of the old text is not waited for; afterwards the file is shown again.
                 self.cancel_outdated();
@@ -334,6 +340,7 @@ impl Worker {
                 Task::Point(id, at) => self.point(id, at, &cancel),
                 Task::Line(id, line) => self.line(id, line, &cancel),
                 Task::Pin(id, pinned) => self.pin(id, pinned, &cancel),
+                Task::Group(id) => self.group(id, &cancel),
                 Task::Save { id, edit, newest } => self.save(id, &edit, newest),
                 Task::Picture { state, changed } => self.show(state, changed, &cancel),
             };
@@ -444,6 +451,19 @@ impl Worker {
             Err(Stop::Failed(messages)) => protocol::pinned(id, false, &messages),
         };
         self.send(Message::text(text))
+    }
+
+    /// Writes the state that is shown as the text of a group.
+    fn group(&mut self, id: u64, cancel: &Cancel) -> Result<(), Gone> {
+        let result = match self.state.clone() {
+            Some((_, state)) => self.in_turn(|subject| subject.group(&state, cancel)),
+            None => Err(Stop::error("the page shows no file")),
+        };
+        self.send(Message::text(match result {
+            Ok(text) => protocol::group(id, Some(&text), &[]),
+            Err(Stop::Cancelled) => protocol::group(id, None, &[]),
+            Err(Stop::Failed(messages)) => protocol::group(id, None, &messages),
+        }))
     }
 
     /// Saves a text as the file of the state that is shown, or of a newer one. It does not wait for its turn,

@@ -54,6 +54,12 @@ pub trait Subject: Send {
     /// The shader has errors, its lines have no pictures, the run fails, or the work was cancelled.
     fn line(&mut self, state: &State, line: u32, cancel: &Cancel) -> Result<Line, Stop>;
 
+    /// The text of a group that makes the picture of a state.
+    ///
+    /// # Errors
+    /// The shader has errors, it has no such text, or the work was cancelled.
+    fn group(&mut self, state: &State, cancel: &Cancel) -> Result<String, Stop>;
+
     /// Replaces the text of the file of a state, unless the file has changed since the page read it.
     ///
     /// # Errors

@@ -110,6 +110,13 @@ impl Subject for Fake {
         }
     }
 
+    fn group(&mut self, state: &State, _: &Cancel) -> Result<String, Stop> {
+        match state.output.as_deref() {
+            Some("bad") => Err(Stop::error("no text")),
+            output => Ok(format!("shader {}", output.unwrap_or_default())),
+        }
+    }
+
     fn save(&mut self, state: &State, edit: &Edit) -> Result<Saved, Stop> {
         let now = version(&std::fs::read_to_string(&self.file).unwrap());
         if state.file.as_deref() != Some(&edit.file) {
@@ -351,6 +358,28 @@ fn values_are_pinned_or_not() {
         (&failed["pinned"], &failed["messages"][0]["message"]),
         (&json!(false), &json!("not this one"))
     );
+}
+
+#[test]
+fn a_state_is_written_as_a_group() {
+    let server = start();
+    let mut page = server.page();
+    let mut ask = |id: u64| {
+        page.send(json!({ "type": "group", "id": id }));
+        page.until("group").0
+    };
+    assert_eq!(ask(1)["messages"][0]["message"], "the page shows no file");
+    let mut page = server.page();
+    page.state(2, "a");
+    page.send(json!({ "type": "group", "id": 3 }));
+    assert_eq!(
+        page.until("group").0,
+        json!({ "type": "group", "id": 3, "text": "shader a", "messages": [] })
+    );
+    page.state(4, "bad");
+    page.send(json!({ "type": "group", "id": 5 }));
+    let (failed, _) = page.until("group");
+    assert_eq!((&failed["text"], &failed["messages"][0]["message"]), (&Value::Null, &json!("no text")));
 }
 
 #[test]

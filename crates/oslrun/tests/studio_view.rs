@@ -491,3 +491,42 @@ fn an_error_is_traded_for_samples_and_a_layer_shows_where_they_are() {
     browser.wait("!location.hash.includes('max_error')");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
+
+#[test]
+fn a_state_is_copied_as_a_group_and_as_a_contact_sheet() {
+    let Some(browser) = browser((1280, 720), true) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "48x32"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    browser.run("navigator.clipboard.writeText = async (text) => { window.copied = text; }");
+    let copied = |id: &str| {
+        browser.run(&format!("window.copied = null; document.getElementById('{id}').click()"));
+        browser.wait("window.copied");
+        browser.run("return window.copied").as_str().unwrap().to_string()
+    };
+    let picture_of = |words: &[String]| {
+        studio.run_beside(folder.path(), words);
+        let file = words.last().unwrap();
+        let image = read_image(&folder.path().join(file)).unwrap();
+        (image.width, image.samples.iter().map(|x| (x * 255.0).round() as u8).collect::<Vec<_>>())
+    };
+    assert_eq!(browser.run("return document.getElementById('copy-sheet').disabled"), true);
+    browser.mouse("[data-name=k] input[type=range]", (-20, 0), Some((30, 0)));
+    browser.wait("location.hash.includes('k%3D')");
+    browser.wait(IDLE);
+    let text = copied("copy-group");
+    assert!(text.starts_with("param float k ") && text.ends_with("shader lines lines ;\n"), "{text}");
+    std::fs::write(folder.path().join("copy.group"), &text).unwrap();
+    let words = ["copy.group", "-g", "48x32", "-o", "copy.png"].map(str::to_string);
+    assert!(picture_of(&words).1 == pixels(&browser), "{text}");
+    let label = browser.run("return document.getElementById('copy-sheet').textContent");
+    assert_eq!(label, "Copy contact sheet of k");
+    let line = copied("copy-sheet");
+    assert!(line.ends_with("-p k=0:6:5 -o lines.sheet.png"), "{line}");
+    let words: Vec<String> = line.split(' ').skip(1).map(str::to_string).collect();
+    assert!(picture_of(&words).0 >= 5 * 48, "{line}");
+    screenshot(&browser, "studio.export.png");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}

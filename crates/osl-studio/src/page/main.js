@@ -5,7 +5,9 @@ import { SourcePane, messageText, severityClass } from "./source.js";
 import { PicturePane } from "./picture.js";
 import { ParameterPane } from "./parameters.js";
 import { lineTexts, showExplanation } from "./explanation.js";
-import { DIFFERENCE, commandLine, flushFragment, isSampled, readFragment, writeFragmentSoon } from "./state.js";
+import {
+  DIFFERENCE, commandLine, flushFragment, isSampled, readFragment, sheetLine, writeFragmentSoon,
+} from "./state.js";
 import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
 import { Zoom } from "./zoom.js";
@@ -41,6 +43,7 @@ const editor = new Editor({
 const taps = new TapPane(at("taps"), { ask: (line) => connection.line(line), choose: chooseTap });
 const parameters = new ParameterPane(at("parameters"), {
   changed: (name) => {
+    showSheet();
     history.add(state.params ?? [], parameters.params(), name);
     changeState({ params: parameters.params() });
   },
@@ -91,6 +94,16 @@ function revealLine(line) {
     editor.goTo(line);
   }
   return editor.isOpen;
+}
+
+/** A contact sheet is for the parameter whose slider was moved last. */
+function showSheet() {
+  const { moved } = parameters;
+  at("copy-sheet").disabled = !moved || Boolean(state.lit);
+  at("copy-sheet").textContent = moved ? `Copy contact sheet of ${moved.name}` : "Copy contact sheet";
+  at("copy-sheet").title = moved
+    ? `Copy the command line that makes a sheet of pictures with ${moved.name} from ${moved.from} to ${moved.to}`
+    : "Move a slider first: the sheet has pictures for values of its parameter";
 }
 
 /** The layer with the difference is for a pinned picture. */
@@ -169,6 +182,13 @@ function answer(message, samples) {
         wipe.keep();
       }
       break;
+    case "group":
+      if (message.text) {
+        copy(message.text, "The text of the group:");
+      } else {
+        showMessages(message.messages);
+      }
+      break;
     case "saved":
       editor.answer(message);
       break;
@@ -226,6 +246,7 @@ function showOptions() {
   const other = state.max_error && !ERRORS.includes(state.max_error) ? [[state.max_error, state.max_error]] : [];
   fillMenu(at("max-error"), [...errors, ...other], state.max_error ?? "");
   at("max-error").disabled = !isFlat;
+  showSheet();
   layerOption(SAMPLES).disabled = !isFlat || !(state.max_error || isSampled(shader, true));
   at("layer").value = state.layer ?? "";
   at("layer").disabled = Boolean(state.lit);
@@ -317,16 +338,20 @@ addEventListener("keydown", (event) => {
   }
 });
 at("reset").onclick = () => parameters.reset();
-at("copy").onclick = async () => {
-  const line = commandLine(shader, state);
+/** Puts a text on the clipboard. */
+async function copy(text, name) {
   try {
-    await navigator.clipboard.writeText(line);
+    await navigator.clipboard.writeText(text);
     at("status").textContent = "copied";
   } catch {
-    // Without the permission to copy, the line is shown.
-    prompt("The command line:", line);
+    // Without the permission to copy, the text is shown.
+    prompt(name, text);
   }
-};
+}
+
+at("copy").onclick = () => shader && copy(commandLine(shader, state), "The command line:");
+at("copy-group").onclick = () => connection.group();
+at("copy-sheet").onclick = () => copy(sheetLine(shader, state, parameters.moved), "The command line:");
 addEventListener("hashchange", () => {
   state = readFragment();
   writeFragmentSoon(state);

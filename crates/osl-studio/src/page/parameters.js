@@ -71,7 +71,8 @@ function slider(parameter, metadata, usual, changed) {
       changed(field.value);
     }
   };
-  return { parts: [range, field], set: (text) => { range.value = text; field.value = text; } };
+  const reach = { from: numberText(from), to: numberText(to), isInt };
+  return { parts: [range, field], reach, set: (text) => { range.value = text; field.value = text; } };
 }
 
 function triple(parameter, changed) {
@@ -151,6 +152,8 @@ export class ParameterPane {
   constructor(form, { changed, ended }) {
     Object.assign(this, { form, changed });
     form.addEventListener("change", ended);
+    /** The name and the range of the slider that was moved last. */
+    this.moved = null;
     this.values = new Map();
     this.controls = new Map();
     form.onsubmit = (event) => event.preventDefault();
@@ -168,6 +171,7 @@ export class ParameterPane {
     const values = new Map(params);
     if (known !== this.known) {
       this.known = known;
+      this.moved = null;
       this.controls.clear();
       this.form.replaceChildren(...this.groups(shader));
       const again = focused && this.form.querySelector(`[aria-label="${CSS.escape(focused)}"]`);
@@ -204,6 +208,7 @@ export class ParameterPane {
     const changed = (text) => {
       text === usual ? this.values.delete(name) : this.values.set(name, text);
       row.classList.toggle("changed", this.values.has(name));
+      this.moved = control.reach ? { name, ...control.reach } : this.moved;
       this.changed(name);
     };
     const control = controlOf({ ...parameter, name }, metadata, usual, changed);

@@ -94,6 +94,13 @@ export class Connection {
     return this.isOpen;
   }
 
+  /** Asks for the state as the text of a group. */
+  group() {
+    if (this.isOpen) {
+      this.socket.send(JSON.stringify({ type: "group", id: this.nextId++ }));
+    }
+  }
+
   /** Asks the server to save a text; false if there is no connection. */
   save(edit) {
     if (this.isOpen) {

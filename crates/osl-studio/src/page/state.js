@@ -103,8 +103,7 @@ function withoutSampling(options) {
   return options.filter((option, at) => !isOneOf(SAMPLED, option) && !hasValue(options[at - 1]));
 }
 
-/** The command line that makes the picture of a state. */
-export function commandLine(shader, state) {
+function line(shader, state, params, ending) {
   const [program, ...given] = shader.command;
   const range = state.lit ? undefined : state.range;
   const options = state.max_error ? [...withoutSampling(given), "--max-error", state.max_error] : given;
@@ -120,9 +119,24 @@ export function commandLine(shader, state) {
   if (on && on !== "patch") {
     words.push("--on", on);
   }
-  for (const [name, value] of state.params ?? shader.given) {
+  for (const [name, value] of params) {
     words.push("-p", `${name}=${value}`);
   }
-  words.push("-o", `${shader.file.replace(/^.*\//, "").replace(/\.\w+$/, "")}.png`);
+  words.push("-o", `${shader.file.replace(/^.*\//, "").replace(/\.\w+$/, "")}${ending}`);
   return words.map(word).join(" ");
+}
+
+/** The command line that makes the picture of a state. */
+export function commandLine(shader, state) {
+  return line(shader, state, state.params ?? shader.given, ".png");
+}
+
+/** The pictures of a contact sheet. */
+const SHEET = 5;
+
+/** The command line that makes a sheet of pictures, in which a parameter goes through the range of its slider. */
+export function sheetLine(shader, state, { name, from, to, isInt }) {
+  const others = (state.params ?? shader.given).filter(([known]) => known !== name);
+  const count = isInt ? Math.min(SHEET, to - from + 1) : SHEET;
+  return line(shader, state, [...others, [name, `${from}:${to}:${count}`]], ".sheet.png");
 }

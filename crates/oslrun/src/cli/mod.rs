@@ -31,6 +31,7 @@ mod fix;
 mod fmt;
 mod frames;
 mod globals;
+mod group_text;
 mod histogram;
 mod idle;
 mod info;

@@ -221,9 +221,10 @@ fn a_picture_with_an_error_has_the_bits_of_the_command_line_and_says_its_cost() 
         assert_eq!((&header["channels"], samples.len()), (&json!(3), 64 * 48 * 3));
         let black = samples.chunks(3).filter(|pixel| pixel == &[0; 3]).count();
         let words = said(&header);
-        let share = format!("black none ({:.1} % are interpolated)", 100.0 * black as f64 / (64.0 * 48.0));
+        let share = format!("black 0 ({:.1} % are interpolated)", 100.0 * black as f64 / (64.0 * 48.0));
         assert!(words.contains(&share) && words.contains(" evaluations a pixel: "), "{share}: {words}");
-        assert!(black > 0 && samples.chunks(3).any(|pixel| pixel == [255; 3]), "{words}");
+        assert_eq!(black > 0, error == "10%", "{words}");
+        assert!(samples.chunks(3).any(|pixel| pixel == [255; 3]), "{words}");
     }
     // What makes no sense is said.
     for (state, why) in [
@@ -411,6 +412,66 @@ fn groups_have_the_parameters_of_all_layers() {
     let group = folder.path().join("g.group").display().to_string();
     let words = [group.as_str(), "-g", "16x16", "-p", "noise.frequency=3", "--outputs", &output];
     assert!(samples == samples_of(&words));
+}
+
+#[test]
+fn a_state_is_a_group_of_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(osl("Cobbled.osl"), folder.path().join("Cobbled.osl")).unwrap();
+    // The shader has another name than its file.
+    let kinds = "struct pair { float a; color b; };
+        shader other(string kind = \"a\", int n = 1, color tint = 1, float list[3] = {1, 2, 3},
+            matrix m = 1, pair p = {1, color(0.5)}, output color c = 0)
+        { c = tint * list[n] * 0.1 * p.b + (kind == \"x \\\"y\\\"\" ? u : v) * m[0][0] * p.a; }";
+    std::fs::write(folder.path().join("my kinds.osl"), kinds).unwrap();
+    std::fs::write(
+        folder.path().join("g.group"),
+        "param float scale 2; shader fractal noise; shader ramp last; connect noise.result last.position;",
+    )
+    .unwrap();
+    let studio = Studio::start(folder.path(), &["Cobbled.osl", "-g", "24x16"]);
+    let mut page = studio.page();
+    for (state, output, part) in [
+        (
+            json!({ "file": "Cobbled.osl", "params": [["radius", "0.3"], ["jitter", "0.1234567"]] }),
+            "resultRGB",
+            "param float radius 0.3 ;",
+        ),
+        (
+            json!({ "file": "my kinds.osl", "params": [
+                ["kind", "x \"y\""], ["n", "2"], ["tint", "0.2"], ["list", "3,1,0.7"], ["m", "0.5"],
+                ["p.b", "1,0.25,0.125"]
+            ] }),
+            "c",
+            "shader \"my kinds\" other ;",
+        ),
+        (
+            json!({ "file": "g.group", "params": [["noise.frequency", "3"]] }),
+            "",
+            "connect noise.result last.position ;",
+        ),
+    ] {
+        let mut state = state;
+        page.state(state.clone());
+        let (shader, _) = page.until("shader");
+        let output = if output.is_empty() { shader["outputs"][0]["name"].as_str().unwrap() } else { output };
+        state["output"] = json!(output);
+        let (_, samples) = picture(&mut page, state.clone());
+        page.group();
+        let (answer, _) = page.until("group");
+        let text = answer["text"].as_str().unwrap_or_else(|| panic!("{answer}"));
+        assert!(text.contains(part), "{text}");
+        let copy = folder.path().join("copy.group");
+        std::fs::write(&copy, text).unwrap();
+        let words = [&copy.display().to_string(), "-g", "24x16", "--outputs", output];
+        assert!(samples == samples_of(&words), "{text}");
+        let plain = json!({ "file": state["file"], "output": output });
+        let (_, usual) = picture(&mut page, plain);
+        assert!(samples != usual, "the values make a difference: {text}");
+    }
+    page.state(json!({ "file": "Cobbled.osl", "params": [["radius", "much"]] }));
+    page.group();
+    assert!(page.until("group").0["messages"].to_string().contains("much"));
 }
 
 #[test]

@@ -127,6 +127,12 @@ impl Page {
         self.send(json!({ "type": "line", "id": self.id, "line": line }));
     }
 
+    /// Asks for the state as the text of a group.
+    pub(crate) fn group(&mut self) {
+        self.id += 1;
+        self.send(json!({ "type": "group", "id": self.id }));
+    }
+
     /// Saves a text of a file in place of the text with this version.
     pub(crate) fn save(&mut self, file: &str, version: &Value, text: &str) {
         self.id += 1;

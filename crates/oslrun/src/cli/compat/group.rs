@@ -8,10 +8,9 @@ use super::Console;
 use super::settings::Settings;
 use osl::stages::{Library, ShaderFiles, is_compiled};
 use osl_hir::hir::Program;
-use osl_ir::ir::Const;
 use osl_limits::Limits;
 use osl_lower::group::text::{self, Shaders, Statement};
-use osl_lower::group::{ConnectError, Connection, Group, Layer};
+use osl_lower::group::{ConnectError, Group, Layer};
 use osl_lower::params::{self, ParamError, ParamValues};
 use osl_syntax::Options;
 use osl_syntax::diagnostic::Diagnostic;
@@ -332,42 +331,4 @@ fn stem(shader: &str) -> String {
         return shader.to_string();
     }
     Path::new(shader).file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// The text of a group in the reference's form: before each layer its values, after it the connections to it.
-pub(super) fn serialized(group: &Group) -> String {
-    let mut text = String::new();
-    for (index, layer) in group.layers().iter().enumerate() {
-        let program = &layer.program;
-        for (name, values) in layer.values.given(program) {
-            let Some(ty) = params::type_of(program, name) else { continue };
-            text += &format!("param {} {name}{}", program.structs.show(ty), words(values));
-            if layer.values.is_interpolated(name) {
-                text += " [[int interpolated=1]]";
-            }
-            text += " ;\n";
-        }
-        text += &format!("shader {} {} ;\n", program.shader.name, layer.name);
-        for Connection { from, to } in group.connections().iter().filter(|c| c.to.layer == index) {
-            text += &format!("connect {} {} ;\n", group.show(from), group.show(to));
-        }
-    }
-    text
-}
-
-/// Values in the form of a group's text, each after a blank.
-fn words(values: &[Const]) -> String {
-    let numbers = |list: &[f32]| list.iter().map(|x| format!(" {x}")).collect::<String>();
-    let word = |value: &Const| match value {
-        Const::Int(n) => format!(" {n}"),
-        Const::Float(x) => numbers(&[*x]),
-        Const::Triple(x) => numbers(x),
-        Const::Matrix(x) => numbers(&x[..]),
-        Const::Str(text) => {
-            let escaped = text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
-            format!(" \"{escaped}\"")
-        }
-        Const::Null => String::new(),
-    };
-    values.iter().map(word).collect()
 }

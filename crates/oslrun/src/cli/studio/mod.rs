@@ -6,6 +6,7 @@
 //! server and opens the browser. It must not know messages.
 
 mod difference;
+mod export;
 mod line;
 mod outside;
 mod picture;

@@ -39,7 +39,7 @@ pub(super) fn shown(said: &Said) -> Option<Counted> {
     let samples = colors.map(|x| (x * 255.0).round() as u8).collect();
     let none = counts.iter().filter(|n| **n == 0).count();
     let words = format!(
-        "samples of each pixel: black none ({:.1} % are interpolated), then purple, red and yellow, white {most}; a step \
+        "samples of each pixel: black 0 ({:.1} % are interpolated), then purple, red and yellow, white {most}; a step \
          of the same size for each doubling",
         100.0 * none as f64 / counts.len() as f64
     );

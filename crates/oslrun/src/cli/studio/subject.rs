@@ -7,7 +7,7 @@
 //! know connections.
 
 use super::difference::Pinned;
-use super::{line, picture, save};
+use super::{export, line, picture, save};
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
 use crate::cli::levels;
@@ -272,6 +272,16 @@ impl Subject for Studio {
         let mut text = String::new();
         let (messages, failed) = told(|err| {
             text = explain::pixel_json(&args, (x, y), err)?;
+            Ok(())
+        });
+        if failed || cancel.is_cancelled() { Err(stop(messages, cancel)) } else { Ok(text) }
+    }
+
+    fn group(&mut self, state: &State, cancel: &Cancel) -> Result<String, Stop> {
+        let args = self.args(state, cancel)?;
+        let mut text = String::new();
+        let (messages, failed) = told(|err| {
+            text = export::group(&args, err)?;
             Ok(())
         });
         if failed || cancel.is_cancelled() { Err(stop(messages, cancel)) } else { Ok(text) }

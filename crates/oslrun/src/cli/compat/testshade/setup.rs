@@ -2,10 +2,10 @@
 
 use super::super::Console;
 use super::super::folders::Folders;
-use super::super::group::{self, GroupBuilder};
+use super::super::group::GroupBuilder;
 use super::job::{Job, Step};
-use crate::cli::input;
 use crate::cli::limits::LimitArgs;
+use crate::cli::{group_text, input};
 use osl_hir::hir::Program;
 use osl_image::TextureCache;
 use osl_limits::Limits;
@@ -83,7 +83,7 @@ pub(super) fn group<'a>(
         describe(&group, job.query, console);
     }
     if let Some(file) = &job.archive {
-        osl_files::replace(Path::new(file), group::serialized(&group).as_bytes())
+        osl_files::replace(Path::new(file), serialized(&group).as_bytes())
             .map_err(|why| format!("ERROR: cannot write {file}: {}", why.error))?;
     }
     Ok((group, sources))
@@ -153,7 +153,7 @@ fn entry_output(group: &Group, job: &Job, entries: &[usize], output: &str) -> Op
 
 /// Prints the text of a group and its layers, with their parameters if those are asked for.
 fn describe(group: &Group, parameters: bool, console: &mut Console<'_>) {
-    let text = group::serialized(group);
+    let text = serialized(group);
     let mut lines =
         format!("Shader group:\n---\n{text}\n---\n\nShader group \"{}\" layers are:\n", group.name);
     for layer in group.layers() {
@@ -201,4 +201,9 @@ pub(super) fn folders(job: &Job, limits: &LimitArgs) -> Folders {
         (name, text)
     };
     Folders::new(job.settings.shader_path.clone(), texts.enumerate().map(written).collect(), limits)
+}
+
+/// The text of a group, whose shaders have the names that they declare.
+fn serialized(group: &Group) -> String {
+    group_text::serialized(group, |_, layer| layer.program.shader.name.to_string())
 }

@@ -1,0 +1,37 @@
+//! What a page shows, as the text of a group: the shader with the present values of its parameters.
+//!
+//! This module must not know connections.
+
+use crate::cli::args::RunArgs;
+use crate::cli::load::{self, Request};
+use crate::cli::{Failure, group_text, input};
+use osl_lower::group::text::{self, Statement};
+use std::io::Write;
+use std::path::Path;
+
+/// The text of a group, to be saved beside the file: `oslrun` makes the same picture of it.
+pub(super) fn group(args: &RunArgs, err: &mut dyn Write) -> Result<String, Failure> {
+    let path = args.file.as_deref().unwrap_or(Path::new(""));
+    if !args.network.is_empty() {
+        return Err(Failure::new(
+            "the layers are on the command line, so there is no file of a group to write",
+        ));
+    }
+    let limits = args.read.limits.limits();
+    let shaders = if load::is_group(path) {
+        let text = input::read_text(path, limits).map_err(Failure::new)?;
+        let (statements, _) = text::parse(&text, 0, limits);
+        let name = |statement: &Statement| match statement {
+            Statement::Shader { shader, .. } => Some(shader.text.to_string()),
+            Statement::Param { .. } | Statement::Connect { .. } => None,
+        };
+        statements.iter().filter_map(name).collect()
+    } else {
+        vec![path.file_stem().unwrap_or_default().to_string_lossy().into_owned()]
+    };
+    let loaded = load::load(&Request { outputs: None, taps: &[], ..Request::of(args) }, err)?;
+    let group = loaded.group(limits);
+    Ok(group_text::serialized(&group, |at, layer| {
+        shaders.get(at).cloned().unwrap_or_else(|| layer.program.shader.name.to_string())
+    }))
+}
