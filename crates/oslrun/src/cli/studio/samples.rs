@@ -27,7 +27,7 @@ pub(super) fn notes(said: &Said) -> Vec<String> {
 
 /// How far up the colors a number of samples is: a step for each doubling.
 fn level(samples: u32) -> f64 {
-    if samples == 0 { 0.0 } else { 1.0 + f64::from(samples).log2() }
+    if samples == 0 { 0.0 } else { 1.0 + f64::from(samples.ilog2()) }
 }
 
 /// The picture of the samples of each pixel; none if they are not known.
