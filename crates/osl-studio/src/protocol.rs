@@ -29,7 +29,8 @@ pub struct State {
     /// The values that become black and white, as after `--range`; a picture with light has none.
     pub range: Option<String>,
     /// What covers the picture: `outside` marks the values that it does not show, `difference` shows how much
-    /// it differs from the pinned one, `samples` where the samples of a picture with an error bound are.
+    /// it differs from the pinned one, `samples` where the samples of a picture with an error bound are, and
+    /// `rounding` the digits lost to rounding.
     pub layer: Option<String>,
     /// The error that the pixels may have, as after `--max-error`.
     pub max_error: Option<String>,

@@ -1,7 +1,8 @@
 //! `studio` in a real browser: Chromium, if it is installed.
 //!
 //! `OSLRUN_SCREENSHOTS=FOLDER` saves pictures of the window. The figures of docs/studio.md come from
-//! `cargo test --release -p oslrun --test studio_browser -- --ignored --nocapture`.
+//! `cargo test --release -p oslrun --test studio_browser -- --ignored --nocapture figures`, its pictures from
+//! `pictures`.
 
 #![allow(
     clippy::unwrap_used,
@@ -435,13 +436,38 @@ fn figures() {
             list.len()
         );
     }
-    browser.run(
-        "document.getElementById('reset').click();
-         const on = document.getElementById('on');
-         on.value = 'torus';
-         document.getElementById('lit').click()",
-    );
+}
+
+#[test]
+#[ignore = "makes the pictures of docs/studio.md, with OSLRUN_SCREENSHOTS"]
+fn pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("Cobbled.osl"), cobbled()).unwrap();
+    let studio = Studio::start(folder.path(), &["Cobbled.osl", "-g", "512x512"]);
+    let Some(browser) = browser((1280, 720), false) else { return };
+    browser.open(&format!("{}#output=resultRGB&p=radius%3D0.35&file=Cobbled.osl", studio.url));
     browser.wait(IDLE);
-    println!("with light: {}", browser.run("return document.getElementById('status').textContent"));
-    screenshot(&browser, "studio.lit.png");
+    browser.mouse("#picture", (-22, 15), None);
+    browser.wait("document.querySelectorAll('#source .value').length > 3");
+    browser.wait(IDLE);
+    // The time is that of a test.
+    let without_time = "document.getElementById('status').style.visibility = 'hidden'";
+    browser.run(without_time);
+    screenshot(&browser, "studio.light.png");
+    let choose = |menu: &str, value: &str| {
+        browser.run(&format!(
+            "const menu = document.getElementById('{menu}');
+             menu.value = '{value}';
+             menu.dispatchEvent(new Event('change'))"
+        ));
+        browser.wait(IDLE);
+    };
+    choose("max-error", "2%");
+    choose("layer", "samples");
+    screenshot(&browser, "studio.samples.png");
+    let Some(dark) = studio_client::shown::browser((1280, 720), true) else { return };
+    dark.open(&format!("{}#file=Cobbled.osl&output=resultRGB&on=torus&lit=1", studio.url));
+    dark.wait(IDLE);
+    dark.run(without_time);
+    screenshot(&dark, "studio.lit.png");
 }

@@ -483,12 +483,27 @@ fn an_error_is_traded_for_samples_and_a_layer_shows_where_they_are() {
     browser.wait(IDLE);
     browser.wait("document.getElementById('max-error').value === '2%'");
     assert_eq!(browser.run("return document.getElementById('layer').value"), "samples");
+    // Rounding errors.
+    choose("layer", "rounding");
+    browser.wait("document.getElementById('run-messages').textContent.includes('lost to rounding')");
+    assert!(pixels(&browser).chunks(3).all(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2]));
+    screenshot(&browser, "studio.rounding.png");
+    choose("layer", "samples");
+    browser.wait("document.getElementById('run-messages').textContent.includes('samples of each pixel')");
     // Without an error there is no layer of samples, and on a surface there is no error.
     choose("max-error", "");
     assert_eq!(is_disabled("[value=samples]"), true);
     assert_eq!(browser.run("return document.getElementById('layer').value"), "");
     assert!(pixels(&browser) == given);
     browser.wait("!location.hash.includes('max_error')");
+    // The shading rate of the command line is for the patch too, so the sphere has no picture here.
+    browser.run(
+        "const on = document.getElementById('on');
+         on.value = 'sphere';
+         on.dispatchEvent(new Event('change'))",
+    );
+    assert_eq!(is_disabled("[value=rounding]"), true);
+    assert_eq!(is_disabled("#max-error"), true);
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 

@@ -21,6 +21,8 @@ const at = (id) => document.getElementById(id);
 const ERRORS = ["10%", "5%", "2%", "1%", "0.5%"];
 /** The layer that shows where the samples of a picture with an error are. */
 const SAMPLES = "samples";
+/** The layer that shows the digits lost to rounding. */
+const ROUNDING = "rounding";
 
 let state = readFragment();
 let shader = null;
@@ -124,7 +126,7 @@ function chooseTap(tap, range) {
     changeState({ output: before.output ?? usualOutput(shader.outputs), range: before.range });
   } else {
     before = isTap(state.output) ? before : { output: state.output, range: state.range };
-    changeState({ output: tap, range: range ? "auto" : before.range });
+    changeState({ ...(state.layer === ROUNDING ? { layer: undefined } : {}), output: tap, range: range ? "auto" : before.range });
   }
   showOutputs();
   showOptions();
@@ -247,6 +249,7 @@ function showOptions() {
   fillMenu(at("max-error"), [...errors, ...other], state.max_error ?? "");
   at("max-error").disabled = !isFlat;
   showSheet();
+  layerOption(ROUNDING).disabled = !isFlat || isTap(state.output);
   layerOption(SAMPLES).disabled = !isFlat || !(state.max_error || isSampled(shader, true));
   at("layer").value = state.layer ?? "";
   at("layer").disabled = Boolean(state.lit);
@@ -305,14 +308,20 @@ at("file").onchange = () => changeState({ file: at("file").value, output: undefi
 at("output").onchange = () => {
   changeState({ output: at("output").value });
   showOutputs();
+  showOptions();
 };
-/** The parts of a state that a surface does not have. */
+/** The parts of a state that need an error. */
 function withoutSamples() {
   return { max_error: undefined, layer: state.layer === SAMPLES ? undefined : state.layer };
 }
 
+/** The parts of a state that a surface does not have. */
+function withoutPatch() {
+  return { max_error: undefined, layer: [SAMPLES, ROUNDING].includes(state.layer) ? undefined : state.layer };
+}
+
 at("on").onchange = () => {
-  changeState({ on: at("on").value, ...withoutSamples() });
+  changeState({ on: at("on").value, ...withoutPatch() });
   showOptions();
 };
 at("lit").onchange = () => {
@@ -321,7 +330,7 @@ at("lit").onchange = () => {
   if (at("lit").checked && isPatch) {
     at("on").value = "sphere";
   }
-  changeState({ lit: at("lit").checked, on: at("on").value, ...withoutSamples(), layer: undefined });
+  changeState({ lit: at("lit").checked, on: at("on").value, max_error: undefined, layer: undefined });
   showOptions();
 };
 at("range").onchange = () => changeState({ range: at("range").value || undefined });

@@ -21,12 +21,16 @@ pub(super) fn write(
         let options = ExrOptions { software: Some(SOFTWARE), ..ExrOptions::default() };
         return write_exr(path, width, height, &layers, options).map_err(Failure::new);
     }
-    let points = layers.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
-    let at = |point: usize| layers.iter().filter_map(move |(_, values)| values.get(point));
     let white = if ImageFormat::of(path) == Some(ImageFormat::Tiff) { 1.0 } else { white };
-    let worst: Vec<f32> =
-        (0..points).map(|point| at(point).fold(0.0_f32, |a, b| a.max(*b)) / white).collect();
+    let worst: Vec<f32> = largest(layers).iter().map(|number| number / white).collect();
     let bytes = channel_bytes(path, (width, height), &[&worst], software::named(Transfer::Linear))
         .map_err(Failure::new)?;
     osl_files::replace(path, &bytes).map_err(Failure::new)
+}
+
+/// The largest number of all layers at each point.
+pub(super) fn largest<Name>(layers: &[(Name, Vec<f32>)]) -> Vec<f32> {
+    let points = layers.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+    let at = |point: usize| layers.iter().filter_map(move |(_, values)| values.get(point));
+    (0..points).map(|point| at(point).fold(0.0_f32, |a, b| a.max(*b))).collect()
 }

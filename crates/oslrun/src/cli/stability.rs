@@ -9,15 +9,17 @@ use super::clock::Clock;
 use super::explain::json;
 use super::info::{self, Parameter};
 use super::load::{self, Loaded, Request};
-use super::session::{grid, progress, services};
+use super::session::{grid, grid_spaces, options, progress, services, stopped};
+use super::watch::Reads;
 use super::{Failure, map};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Arg, Args};
-use osl_measure::stability::{self, Base, Examined, Knob, Planes, Subject, digits_lost};
+use osl_measure::stability::{self, Base, Examined, Knob, Planes, Setting, Subject, digits_lost};
 use osl_scene::Grid;
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What to examine.
 #[derive(Debug, Args)]
@@ -99,11 +101,10 @@ pub(super) fn stability(
     let times = [if args.fix { BEFORE_FIX } else { 1.0 }, 1.0].map(|share| Clock::new(budget * share));
     let request = Request { points: args.points.0.saturating_mul(args.points.1), ..Request::of(run) };
     let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request, err)?;
-    let outputs: Option<Vec<_>> =
-        run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-    let services = services(run, folder, super::session::grid_spaces(run));
+    let outputs = outputs(run);
+    let services = services(run, folder, grid_spaces(run));
     let base = Base::new(body, noted, outputs.clone(), run.read.limits.limits());
-    let limits = times.each_ref().map(|clock| super::session::options(run).limits.until(&clock.cancel));
+    let limits = times.each_ref().map(|clock| options(run).limits.until(&clock.cancel));
     let subject = Subject::new(&services, base, &limits[0]);
     let grid = Grid { width: args.points.0, height: args.points.1, ..grid(run) };
     let knobs: Vec<Knob> = if args.no_params {
@@ -155,16 +156,42 @@ fn files(args: &StabilityArgs, examined: &Examined, grid: &Grid, out: &mut dyn W
 
 /// Writes the number of digits that each point has lost.
 fn map(path: &Path, planes: &Planes, grid: &Grid) -> Result<(), Failure> {
+    map::write(path, (grid.width, grid.height), &layers(planes), WHITE)
+}
+
+/// For each component of an output, the digits that each point has lost.
+fn layers(planes: &Planes) -> Vec<(&str, Vec<f32>)> {
     let lost = |(strict, exact): (&Vec<f64>, &Vec<f64>)| {
         strict.iter().zip(exact).map(|(s, e)| digits_lost(*s, *e) as f32).collect::<Vec<f32>>()
     };
-    let values: Vec<Vec<f32>> = planes.strict.iter().zip(&planes.exact).map(lost).collect();
-    let layers: Vec<(&str, Vec<f32>)> = planes.names.iter().map(String::as_str).zip(values).collect();
-    map::write(path, (grid.width, grid.height), &layers, WHITE)
+    let values = planes.strict.iter().zip(&planes.exact).map(lost);
+    planes.names.iter().map(String::as_str).zip(values).collect()
 }
 
 /// The number of lost digits that a picture shows as white.
-const WHITE: f32 = 8.0;
+pub(super) const WHITE: f32 = 8.0;
+
+/// The outputs that the command line names.
+fn outputs(run: &RunArgs) -> Option<Vec<Arc<str>>> {
+    run.outputs.as_ref().map(|list| list.iter().map(|output| output.as_str().into()).collect())
+}
+
+/// The digits that each point of the grid has lost, which `--error-map` shows: the largest number of all
+/// components. Adds the files that the run reads.
+pub(super) fn lost(run: &RunArgs, reads: &mut Reads, err: &mut dyn Write) -> Result<Vec<f32>, Failure> {
+    let (width, height) = run.grid;
+    let request = Request { points: width.saturating_mul(height), ..Request::of(run) };
+    let (Loaded { sources, body, folder, texts, .. }, noted) = load::load_noted(&request, err)?;
+    let services = services(run, folder, grid_spaces(run));
+    reads.sources(&sources);
+    reads.textures(&services.textures, texts.iter().map(|(_, text)| &**text));
+    let limits = options(run).limits;
+    let base = Base::new(body, noted, outputs(run), run.read.limits.limits());
+    let subject = Subject::new(&services, base, &limits);
+    let planes = subject.run(&subject.base, &Setting::AsGiven.points(&grid(run)), false);
+    reads.textures(&services.textures, []);
+    Ok(map::largest(&layers(&planes.map_err(|stop| stopped(&stop, &sources))?)))
+}
 
 /// The values of a parameter to try: its limits, 0, its negation, and the extremes. `None` if it is not a
 /// number.

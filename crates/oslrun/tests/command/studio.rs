@@ -261,6 +261,55 @@ fn a_picture_with_an_error_has_the_bits_of_the_command_line_and_says_its_cost() 
     }
 }
 
+#[test]
+fn the_layer_of_rounding_errors_is_the_error_map_of_stability() {
+    let folder = tempfile::tempdir().unwrap();
+    // Subtracting the large number again loses most digits.
+    let text = "shader s(float large = 10000, output float f = 0, output color c = 0, output float half = 0)
+        { f = (u + large) - large; c = color(f, v, u * v); half = 0.5; }";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let file = folder.path().join("s.osl").display().to_string();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "32x24"]);
+    let mut page = studio.page();
+    for (output, params) in [("f", vec![]), ("c", vec!["large=300"])] {
+        let list: Vec<Vec<&str>> = params.iter().map(|text: &&str| text.split('=').collect()).collect();
+        let state = json!({ "output": output, "layer": "rounding", "params": list });
+        let (header, samples) = picture(&mut page, state);
+        let map = folder.path().join("map.png");
+        let path = map.display().to_string();
+        let mut words = vec!["stability", &file, "--points", "32x24", "-g", "32x24", "--outputs", output];
+        words.extend(["--no-params", "--error-map", &path]);
+        params.iter().for_each(|text| words.extend(["-p", text]));
+        let (code, _, err) = oslrun(&words);
+        assert_eq!(code, 0, "{err}");
+        let image = read_image(&map).unwrap();
+        let expected: Vec<u8> = image.samples.iter().map(|x| (x * 255.0).round() as u8).collect();
+        assert_eq!(image.channels.len(), 1);
+        assert!(samples == expected && samples.iter().any(|byte| *byte > 60), "{output}");
+        let said = header["messages"].to_string();
+        assert!(said.contains("decimal digits lost to rounding: at most "), "{said}");
+    }
+    let (header, samples) = picture(&mut page, json!({ "output": "half", "layer": "rounding" }));
+    assert!(header["messages"].to_string().contains("no digit is lost"), "{header}");
+    assert!(samples.iter().all(|byte| *byte == 0));
+    for state in [
+        json!({ "layer": "rounding", "on": "sphere" }),
+        json!({ "layer": "rounding", "on": "sphere", "lit": true }),
+        json!({ "layer": "rounding", "output": "2:f" }),
+    ] {
+        page.state(state.clone());
+        let (failed, _) = page.until("failed");
+        let said = failed["messages"].to_string();
+        assert!(said.contains("is for an output on the patch") || said.contains("has no layers"), "{said}");
+    }
+    // Like any other picture it is given up for the next one.
+    let slow = "shader s(int n = 1, output float f = 0) { for (int i = 0; i < n; i++) f += noise(P * i); }";
+    std::fs::write(folder.path().join("slow.osl"), slow).unwrap();
+    page.state(json!({ "file": "slow.osl", "layer": "rounding", "params": [["n", "100000000"]] }));
+    page.state(json!({ "file": "slow.osl", "params": [["n", "2"]] }));
+    page.until("picture");
+}
+
 /// The picture of a difference, and what the command says about it.
 fn compared(args: &[&str]) -> (Vec<u8>, Value) {
     let dir = tempfile::tempdir().unwrap();

@@ -10,6 +10,7 @@ mod export;
 mod line;
 mod outside;
 mod picture;
+mod rounding;
 mod samples;
 mod save;
 mod subject;

@@ -7,9 +7,10 @@
 
 use super::difference::Pinned;
 use super::subject::{outputs, stop, told, watch};
-use super::{line, outside, samples};
+use super::{line, outside, rounding, samples};
 use crate::cli::args::{RunArgs, SampleArgs};
 use crate::cli::bounds::bounds;
+use crate::cli::clock::Clock;
 use crate::cli::load::{self, Request};
 use crate::cli::preview::PreviewArgs;
 use crate::cli::watch::Reads;
@@ -33,6 +34,8 @@ const OUTSIDE: &str = "outside";
 const DIFFERENCE: &str = "difference";
 /// The layer that shows where the samples are.
 const SAMPLES: &str = "samples";
+/// The layer that shows the digits lost to rounding.
+const ROUNDING: &str = "rounding";
 /// The part of the time in which the shader runs.
 pub(super) const RUN: &str = "run";
 /// How much printed text a page shows, in bytes.
@@ -48,6 +51,8 @@ enum Cover<'a> {
     Difference(&'a Pinned),
     /// The number of samples of each pixel.
     Samples,
+    /// The digits that each pixel has lost to rounding.
+    Rounding,
 }
 
 /// A picture to make.
@@ -81,7 +86,7 @@ impl<'a> Job<'a> {
         // The program of a grid runs both pictures; that of a surface is compiled for each.
         let is_grid = !self.state.lit && self.args.on.on.is_none();
         match first {
-            Some(first) if is_grid => self.flat(Some(first), files),
+            Some(first) if is_grid && !matches!(self.cover, Cover::Rounding) => self.flat(Some(first), files),
             Some(First { step, show }) => {
                 let small = Job { args: smaller(&self.args, step), ..self };
                 show(small.made(files)?);
@@ -106,7 +111,35 @@ impl<'a> Job<'a> {
     }
 
     fn made(&self, files: &mut Files) -> Result<Picture, Stop> {
-        if self.state.lit { self.lit(files) } else { self.flat(None, files) }
+        match self.cover {
+            Cover::Rounding => self.rounding(files),
+            _ if self.state.lit => self.lit(files),
+            _ => self.flat(None, files),
+        }
+    }
+
+    /// The picture of the digits lost to rounding.
+    fn rounding(&self, files: &mut Files) -> Result<Picture, Stop> {
+        if self.args.on.on.is_some() || !self.args.tap.is_empty() {
+            return Err(Stop::error("the layer of rounding errors is for an output on the patch"));
+        }
+        let clock = Clock::of(self.cancel.clone(), rounding::BUDGET);
+        let (mut reads, mut picture) = (Reads::default(), Picture::default());
+        let answer = told(|err| {
+            let args = RunArgs { outputs: one_output(&self.args)?, ..self.args.clone() };
+            picture = rounding::picture(&args, &mut reads, err)?;
+            Ok(())
+        });
+        watch(reads, files);
+        if clock.is_over() && answer.1 {
+            let (width, height) = self.args.grid;
+            return Err(Stop::error(format!(
+                "the rounding errors of {width} x {height} points take more than {} s and were given up: -g makes a \
+                 smaller picture",
+                rounding::BUDGET
+            )));
+        }
+        finished(picture, answer, Vec::new(), self.cancel)
     }
 
     /// The picture of an output or a tap.
@@ -233,6 +266,7 @@ fn cover<'a>(state: &State, pinned: Option<&'a Pinned>) -> Result<Cover<'a>, Sto
             }
         },
         Some(SAMPLES) => Ok(Cover::Samples),
+        Some(ROUNDING) => Ok(Cover::Rounding),
         Some(layer) => Err(Stop::error(format!("a page has no layer {layer}"))),
     }
 }
@@ -274,7 +308,8 @@ fn shown(kept: &run::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, 
     };
     let mut notes: Vec<String> = shown.note.into_iter().collect();
     match cover {
-        Cover::Nothing => {}
+        // The picture of rounding errors is made elsewhere.
+        Cover::Nothing | Cover::Rounding => {}
         Cover::Marks => {
             let marked = outside::marked(&shown.planes, covered.as_deref(), &picture.samples, shown.range);
             (picture.samples, picture.channels) = (marked.samples, marked.channels);
