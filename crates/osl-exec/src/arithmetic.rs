@@ -3,10 +3,10 @@
 //! A machine is generic code for all of them. This module must not know programs, machines or machine code.
 
 use crate::fields::{self, FieldCall};
-use crate::lanes::{self, LaneInput, LaneRun, Ready, ReadyArg, ReadyLane};
+use crate::lanes::{LaneInput, LaneRun, Ready, ReadyArg, ReadyLane};
 use crate::register::Lanes;
-use crate::word::{Element, Word};
 use osl_ir::ir::{LaneOp, MAX_ARGS, Precision};
+use osl_lanes::{Element, Word};
 use osl_numeric::fast::FastFloat;
 use osl_numeric::{Number, Scalar};
 use osl_simd::Isa;
@@ -62,7 +62,7 @@ impl ArithmeticImpl for Strict {
     const NATIVE: Option<Style> = Some(Style::Strict);
 
     fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
-        run.each(|call| lanes::run_strict(isa, call));
+        run.each(|call| osl_lanes::run_strict(isa, call));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
@@ -92,7 +92,7 @@ impl ArithmeticImpl for Fast {
             if strict {
                 Strict::lanes(isa, part);
             } else {
-                part.each(|call| lanes::run_fast(isa, call));
+                part.each(|call| osl_lanes::run_fast(isa, call));
             }
         });
     }
@@ -115,7 +115,7 @@ impl ArithmeticImpl for Double {
     type Real = f64;
 
     fn lanes(isa: Isa, run: LaneRun<'_, u64>) {
-        run.each(|call| lanes::run_double(isa, call));
+        run.each(|call| osl_lanes::run_double(isa, call));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u64]], outs: &mut [&mut [u64]]) {

@@ -1,9 +1,9 @@
 //! Runs the IR of a shader over batches of hundreds of shading points, one instruction for the whole batch at
 //! a time.
 //!
-//! `program` turns a body of IR into steps over registers, which hold one value per point. `lanes` stamps the
-//! lane operations into loops that the compiler vectorises, and `native` replaces recurring runs of them by
-//! machine code. A `machine` runs the steps over one batch; where points take different branches, a mask
+//! `program` turns a body of IR into steps over registers, which hold one value per point. `lanes` runs
+//! sequences of lane operations by the loops of the crate `osl-lanes`, and `native` replaces sequences that
+//! recur by machine code. A `machine` runs the steps over one batch; where points take different branches, a mask
 //! tells which lanes are active. [`run`] divides all points into tiles and drives machines on all cores; the
 //! values of the outputs become the pixels of an image. This crate must not know the syntax tree, command
 //! lines or the disk.
@@ -27,7 +27,6 @@ mod register;
 mod run;
 mod services;
 pub mod source;
-mod word;
 
 pub use error::RunError;
 pub use frame::{Closures, Frame, Plane};

@@ -3,9 +3,9 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::lanes::Arg;
 use crate::program::{Array, Location, Operand};
-use crate::word::Word;
+use osl_lanes::Arg;
+use osl_lanes::Word;
 use osl_simd::Kernel;
 
 /// Elements that are cleared together.

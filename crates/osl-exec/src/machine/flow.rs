@@ -3,10 +3,10 @@
 use super::{Machine, Mask};
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::lanes::Arg;
 use crate::program::{LoopParam, Operand, Steps};
-use crate::word::Word;
 use osl_ir::Span;
+use osl_lanes::Arg;
+use osl_lanes::Word;
 
 impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     pub(super) fn branch(

@@ -4,10 +4,10 @@
 
 use super::Machine;
 use crate::arithmetic::ArithmeticImpl;
-use crate::lanes::Arg;
 use crate::program::{KernelStep, Location};
-use crate::word::Word;
 use osl_ir::ir::Kind;
+use osl_lanes::Arg;
+use osl_lanes::Word;
 use osl_noise::hash::{NAN_WORD, hash};
 use osl_simd::Kernel;
 use std::marker::PhantomData;

@@ -7,9 +7,9 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::lanes::Arg;
 use crate::program::{KernelStep, Operand};
-use crate::word::Element;
+use osl_lanes::Arg;
+use osl_lanes::Element;
 use osl_numeric::basis;
 use osl_numeric::spline::{Bracket, Curve, Start};
 use osl_numeric::{Number, Scalar};

@@ -10,8 +10,8 @@ use crate::lanes::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane
 use crate::native::{Files, Key, MAX_RUN, Sequence, Waiting};
 use crate::program::{CellLocation, Export, LaneStep, Location, Operand, Step};
 use crate::register::{LINE, Lanes};
-use crate::word::Word;
 use osl_ir::ir::MAX_ARGS;
+use osl_lanes::Word;
 
 /// Registers with these numbers of components, whose pieces are at different offsets in the L1 cache.
 pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<W>> {

@@ -1,6 +1,6 @@
 //! Masks: which lanes of a batch execute a step.
 
-use crate::word::Word;
+use osl_lanes::Word;
 use osl_simd::{Isa, Kernel};
 
 /// A set of lanes; the word of a lane in it is all ones.

@@ -4,7 +4,7 @@
 //! kept with its cost, which every lane is charged. The table has a fixed size: a result replaces another one
 //! in the same place. This module must not know what is computed.
 
-use crate::word::Word;
+use osl_lanes::Word;
 
 /// Maximum number of words of the arguments.
 const MAX_WORDS: usize = 8;

@@ -30,7 +30,7 @@ mod work;
 use crate::arithmetic::ArithmeticImpl;
 use crate::dictionary::{Dictionaries, Documents};
 use crate::error::RunError;
-use crate::lanes::{Arg, Ready};
+use crate::lanes::Ready;
 use crate::message::{Messages, Room};
 use crate::native;
 use crate::options::RunOptions;
@@ -39,11 +39,12 @@ use crate::program::{Array, Location, Operand, OutputSource, Program, Step, Step
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
-use crate::word::Word;
 pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
 pub use noise::noise_kind;
 use osl_ir::ir::{Const, Kind, MAX_ARGS};
+use osl_lanes::Arg;
+use osl_lanes::Word;
 use osl_limits::Limits;
 use osl_simd::Isa;
 

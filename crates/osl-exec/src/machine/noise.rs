@@ -4,11 +4,11 @@ use super::mask::Mask;
 use super::{Machine, Target};
 use crate::arithmetic::ArithmeticImpl;
 use crate::fields::{Field, FieldCall, MAX_INPUTS, MAX_OUTPUTS};
-use crate::lanes::Arg;
 use crate::message::Message;
 use crate::program::{KernelStep, Location, Operand};
 use crate::register::Lanes;
 use osl_ir::ir::{GaborOption, Kernel, NoiseField};
+use osl_lanes::Arg;
 use osl_noise::{Kind as NoiseKind, gabor};
 
 impl<A: ArithmeticImpl> Machine<'_, A> {

@@ -9,10 +9,10 @@ use super::lane::Queue;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::lanes::Arg;
 use crate::program::{CellLocation, Export, Location, Operand, Program, Steps};
 use crate::register::Lanes;
-use crate::word::Word;
+use osl_lanes::Arg;
+use osl_lanes::Word;
 use osl_noise::cells::{self, Cells, MAX_CELLS};
 
 /// Maximum number of words that identify a cell.

@@ -3,12 +3,12 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::lanes::Arg;
 use crate::message::Message;
 use crate::program::{KernelStep, Location, Operand};
-use crate::word::Word;
 use osl_ir::ir::{Const, Kind};
 use osl_ir::types::{Base, Extent, Type};
+use osl_lanes::Arg;
+use osl_lanes::Word;
 use std::sync::Arc;
 
 impl<A: ArithmeticImpl> Machine<'_, A> {

@@ -4,12 +4,12 @@ use super::Machine;
 use super::mask::Mask;
 use super::memo::Known;
 use crate::arithmetic::ArithmeticImpl;
-use crate::lanes::Arg;
 use crate::message::{Message, Printed};
 use crate::program::{KernelStep, Operand, SERIAL};
-use crate::word::Word;
 use osl_ir::ir::{Const, Kind, Shape, Sink};
 use osl_ir::text::{self, Flavour, Value};
+use osl_lanes::Arg;
+use osl_lanes::Word;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 

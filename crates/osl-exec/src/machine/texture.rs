@@ -6,7 +6,6 @@ use super::Machine;
 use super::mask::Mask;
 use super::report::is_uniform;
 use crate::arithmetic::ArithmeticImpl;
-use crate::lanes::Arg;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
 use osl_image::{
@@ -14,6 +13,7 @@ use osl_image::{
     environment, lookup, lookup_values,
 };
 use osl_ir::ir::{Const, TextureOption};
+use osl_lanes::Arg;
 use std::sync::Arc;
 
 /// The evaluated options of a lookup.

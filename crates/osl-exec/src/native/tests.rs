@@ -5,7 +5,7 @@
 use super::plan::lend;
 use super::*;
 use crate::arithmetic::{ArithmeticImpl, Fast, Strict};
-use crate::lanes::{self, LaneInput, LaneRun, ReadyArg, ReadyLane};
+use crate::lanes::{LaneInput, LaneRun, ReadyArg, ReadyLane};
 use crate::register::Lanes;
 use osl_ir::ir::{Kind, LaneOp, MAX_ARGS, Precision};
 use osl_native::interpret::interpret;
@@ -134,7 +134,7 @@ fn fused(mut run: LaneRun<'_, u32>) {
         if strict {
             Strict::lanes(Isa::baseline(), part);
         } else {
-            part.each(lanes::run_fused);
+            part.each(osl_lanes::run_fused);
         }
     });
 }

@@ -2,10 +2,10 @@
 
 use super::words_of;
 use crate::arithmetic::ArithmeticImpl;
-use crate::word::Word;
 use osl_ir::Span;
 use osl_ir::ir::{Const, Kernel, Kind, LaneOp, MAX_ARGS};
 use osl_ir::types::Type;
+use osl_lanes::Word;
 use std::sync::Arc;
 
 /// The location of a value.

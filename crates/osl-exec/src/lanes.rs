@@ -2,10 +2,9 @@
 //!
 //! The fast arithmetic uses the loops of the strict one for all operations that have the same bits in both.
 
-use super::{Arg, FORMS, LaneCall};
 use crate::register::Lanes;
-use crate::word::Word;
 use osl_ir::ir::{LaneOp, MAX_ARGS};
+use osl_lanes::{Arg, FORMS, LaneCall, Word};
 use osl_noise::cells::MAX_CELLS;
 use osl_simd::Isa;
 use std::ops::Range;

@@ -1,26 +1,28 @@
-//! The lane operations as loops, stamped from the one list of [`osl_numeric::for_each_lane_op!`].
+//! The lane operations as loops over slices, stamped from the one list of [`osl_numeric::for_each_lane_op!`].
 //!
 //! Each body becomes plain loops over slices, in a function for each operation and instruction set; the
 //! compiler vectorises the loops. One function with the loops of all operations would save calls, but takes
 //! the compiler more than twice the time. Cheap bodies have a loop for each combination of lane arrays and
 //! single arguments, all others only one for lane arrays. Loops ignore the mask: inactive lanes compute
 //! values that are not used.
+//!
+//! The loops are a crate of their own because they take most of the time of compiling the interpreter, and
+//! change least. This crate must not know registers, programs, masks or the order of operations.
 
 mod lane;
 mod remainder;
-mod run;
+mod word;
 
-use crate::word::{Element, Word};
 use lane::{Lane, One};
-use osl_ir::ir::{Cost, Kind, LaneOp, MAX_ARGS};
 use osl_numeric::fast::FastFloat;
+use osl_numeric::{Cost, Kind, LaneOp, MAX_ARGS};
 use osl_simd::{FusedKernel, Isa, Kernel};
-pub(crate) use run::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane};
 use std::marker::PhantomData;
+pub use word::{Element, Word};
 
 /// An argument of a lane operation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Arg<'a, W> {
+pub enum Arg<'a, W> {
     /// Lanes of each component, component by component.
     Each(&'a [W]),
     /// One value for all lanes: a word for each component.
@@ -30,7 +32,7 @@ pub(crate) enum Arg<'a, W> {
 impl<'a, W> Arg<'a, W> {
     /// Its words.
     #[inline(always)]
-    fn words(self) -> &'a [W]
+    pub fn words(self) -> &'a [W]
     where
         W: Copy,
     {
@@ -43,21 +45,28 @@ impl<'a, W> Arg<'a, W> {
 struct Single<'a, W, R, const OP: u16>(LaneCall<'a, W>, PhantomData<R>);
 
 /// The loops of one lane operation in the fast arithmetic, if its precision is not
-/// [`Strict`](osl_ir::ir::Precision::Strict).
+/// [`Strict`](osl_numeric::Precision::Strict).
 struct FastSingle<'a, const OP: u16>(LaneCall<'a, u32>);
 
 /// One lane operation over `n` lanes of each component. The components of arguments and of `out` are `stride`
 /// words apart.
-pub(crate) struct LaneCall<'a, W> {
-    op: LaneOp,
-    args: [Arg<'a, W>; MAX_ARGS],
+///
+/// The loops panic if a slice is shorter than the call says.
+pub struct LaneCall<'a, W> {
+    /// The operation.
+    pub op: LaneOp,
+    /// Its arguments, and unused ones after them.
+    pub args: [Arg<'a, W>; MAX_ARGS],
     /// Distance in words between the parts of an argument: 0 if all parts use the same words.
-    apart: [usize; MAX_ARGS],
-    out: &'a mut [W],
-    n: usize,
-    stride: usize,
+    pub apart: [usize; MAX_ARGS],
+    /// Where the result is written.
+    pub out: &'a mut [W],
+    /// Number of lanes.
+    pub n: usize,
+    /// Distance in words between components.
+    pub stride: usize,
     /// 1, or the number of a triple's components for an operation that works on each separately.
-    parts: usize,
+    pub parts: usize,
 }
 
 /// Number of elements in a matrix.
@@ -281,8 +290,9 @@ const fn has_forms(op: LaneOp) -> bool {
         && (matches!(args[0], Kind::Matrix) || matches!(op.cost(), Cost::Part | Cost::Cheap | Cost::Root))
 }
 
-/// [`has_forms`] by operation.
-const FORMS: [bool; LaneOp::ALL.len()] = {
+/// Whether an operation has separate loops for single arguments, by the number of the operation. If not, the
+/// caller broadcasts single arguments to lanes. The same holds for an operation whose arguments are all single.
+pub const FORMS: [bool; LaneOp::ALL.len()] = {
     let mut forms = [false; LaneOp::ALL.len()];
     let mut at = 0;
     while at < forms.len() {
@@ -402,7 +412,7 @@ macro_rules! stamp {
         )*
 
         /// Runs an operation of the strict arithmetic.
-        pub(crate) fn run_strict(isa: Isa, call: LaneCall<'_, u32>) {
+        pub fn run_strict(isa: Isa, call: LaneCall<'_, u32>) {
             match call.op {
                 $(LaneOp::$name => isa.dispatch(
                     Single::<u32, f32, { LaneOp::$name as u16 }>(call, PhantomData))),*
@@ -410,7 +420,7 @@ macro_rules! stamp {
         }
 
         /// Runs an operation in double precision.
-        pub(crate) fn run_double(isa: Isa, call: LaneCall<'_, u64>) {
+        pub fn run_double(isa: Isa, call: LaneCall<'_, u64>) {
             match call.op {
                 $(LaneOp::$name => isa.dispatch_widest(
                     Single::<u64, f64, { LaneOp::$name as u16 }>(call, PhantomData))),*
@@ -418,17 +428,18 @@ macro_rules! stamp {
         }
 
         /// Runs an operation of the fast arithmetic whose precision is not
-        /// [`Strict`](osl_ir::ir::Precision::Strict).
-        pub(crate) fn run_fast(isa: Isa, call: LaneCall<'_, u32>) {
+        /// [`Strict`](osl_numeric::Precision::Strict).
+        pub fn run_fast(isa: Isa, call: LaneCall<'_, u32>) {
             match call.op {
                 $(LaneOp::$name => if_fast!($precision
                     isa.dispatch_fused(FastSingle::<{ LaneOp::$name as u16 }>(call)))),*
             }
         }
 
-        /// The same with fused multiply-add, on any machine.
-        #[cfg(test)]
-        pub(crate) fn run_fused(call: LaneCall<'_, u32>) {
+        /// The same with fused multiply-add, on any machine. It is slow where the processor has no such
+        /// instruction, so only tests use it; it is compiled where it is called.
+        #[inline]
+        pub fn run_fused(call: LaneCall<'_, u32>) {
             match call.op {
                 $(LaneOp::$name => if_fast!($precision FastSingle::<{ LaneOp::$name as u16 }>(call).fused())),*
             }

@@ -10,7 +10,7 @@ use osl_simd::Isa;
 use std::fmt::Debug;
 
 /// The contents of a lane.
-pub(crate) trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
+pub trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
     /// Whether cheap operations have separate loops for single arguments. If not, single values are broadcast
     /// first, which leaves a third of the code to compile.
     const FORMS: bool;
@@ -81,8 +81,10 @@ impl Word for u64 {
 }
 
 /// A float stored in words.
-pub(crate) trait Element<W>: Scalar {
+pub trait Element<W>: Scalar {
+    /// The float of a word.
     fn load(word: W) -> Self;
+    /// The word of the float.
     fn store(self) -> W;
 }
 
