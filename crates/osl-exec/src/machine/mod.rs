@@ -22,6 +22,7 @@ mod per_cell;
 mod point;
 mod profiled;
 mod report;
+mod runs;
 mod text;
 mod texture;
 mod texture_info;
