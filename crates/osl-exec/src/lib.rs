@@ -30,7 +30,7 @@ pub mod source;
 mod word;
 
 pub use error::RunError;
-pub use frame::{Closures, Frame, Plane};
+pub use frame::{Closures, Frame, Plane, Words};
 pub use machine::{Component, Param, noise_kind, show_closure};
 pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
 pub use native::Native;
