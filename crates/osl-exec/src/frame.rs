@@ -2,13 +2,17 @@
 //!
 //! This module must not know how the points are run, see [`Run`](crate::Run).
 
+mod words;
+
 use crate::machine::Component;
 use crate::message::{Event, Printed, Said, unite};
 use crate::profile::ProfileEntry;
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
 use osl_limits::Running;
+use std::borrow::Cow;
 use std::sync::Arc;
+pub use words::Words;
 
 /// One component of an output over all points.
 #[derive(Clone, Debug)]
@@ -22,7 +26,7 @@ pub struct Plane {
     /// The kind of the words.
     pub kind: Kind,
     /// A word for each point, in order; floats in single precision.
-    pub words: Vec<u32>,
+    pub words: Words,
     /// The values in double precision, point by point, if the run used it; empty otherwise.
     pub wide: Vec<f64>,
 }
@@ -30,8 +34,23 @@ pub struct Plane {
 impl Plane {
     /// The values as floats; ints are converted.
     pub fn floats(&self) -> Vec<f32> {
-        let convert = |w: &u32| if self.kind == Kind::Int { *w as i32 as f32 } else { f32::from_bits(*w) };
-        self.words.iter().map(convert).collect()
+        self.as_floats().into_owned()
+    }
+
+    /// The values as floats, in place if they are floats; ints are converted.
+    pub fn as_floats(&self) -> Cow<'_, [f32]> {
+        match self.kind {
+            Kind::Int => self.words.iter().map(|word| *word as i32 as f32).collect(),
+            _ => Cow::Borrowed(self.words.as_floats()),
+        }
+    }
+
+    /// The values as the words of floats; ints are converted in their place.
+    pub fn into_floats(mut self) -> Words {
+        if self.kind == Kind::Int {
+            self.words.iter_mut().for_each(|word| *word = (*word as i32 as f32).to_bits());
+        }
+        self.words
     }
 
     /// The values as doubles, as accurate as they are stored; ints are converted.
@@ -75,7 +94,7 @@ impl Frame {
             self.planes = planes;
         } else {
             for (all, more) in self.planes.iter_mut().zip(planes) {
-                all.words.extend(more.words);
+                all.words.append(&more.words);
                 all.wide.extend(more.wide);
             }
         }

@@ -29,7 +29,7 @@ mod services;
 pub mod source;
 
 pub use error::RunError;
-pub use frame::{Closures, Frame, Plane};
+pub use frame::{Closures, Frame, Plane, Words};
 pub use machine::{Component, Param, noise_kind, show_closure};
 pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
 pub use native::Native;

@@ -11,7 +11,7 @@ mod tile;
 use crate::arithmetic;
 use crate::dictionary::Documents;
 use crate::error::RunError;
-use crate::frame::{Closures, Frame, Plane};
+use crate::frame::{Closures, Frame, Plane, Words};
 use crate::message::Messages;
 use crate::options::RunOptions;
 use crate::order::Blocks;
@@ -356,7 +356,7 @@ fn plane(plan: &OutputPlan, element: usize, component: usize, count: usize) -> P
         ty: plan.ty.element(),
         component,
         kind: plan.kind,
-        words: vec![0; count],
+        words: Words::zeros(count),
         wide: Vec::new(),
     }
 }

@@ -90,7 +90,12 @@ struct Taps<const K: usize> {
     texel: [usize; K],
     weight: [f32; K],
     slope: [f32; K],
+    /// Whether the texels follow each other.
+    are_neighbours: bool,
 }
+
+/// From this magnitude on, floats are whole numbers.
+const EXACT: f32 = 8_388_608.0;
 
 /// The position of a coordinate between the texels of an axis.
 struct Place {
@@ -105,11 +110,15 @@ impl Place {
     fn of(s: f32, n: usize) -> Self {
         // Texel i is centered on (i + 0.5) / n.
         let x = s * n as f32 - 0.5;
-        let floor = x.floor();
+        if x.abs() < EXACT {
+            // The same without a call: not every processor has an instruction for the floor.
+            let near = x as i32;
+            let below = near - i32::from(x < near as f32);
+            return Self { below: below.into(), fraction: x - below as f32 };
+        }
         // Far from the origin there is no fraction left, and beyond the largest float not even a difference.
-        let fraction = if x.is_finite() { x - floor } else { 0.0 };
         // The bound only prevents overflow in the sums below.
-        Self { below: floor.clamp(-9e15, 9e15) as i64, fraction }
+        Self { below: x.floor().clamp(-9e15, 9e15) as i64, fraction: 0.0 }
     }
 }
 
@@ -131,12 +140,13 @@ impl<const K: usize> Taps<K> {
         let length = axis.stored as i64;
         // Both are far from the largest integers.
         let first = first - axis.origin;
-        let texel = if first >= 0 && first + K as i64 <= length {
+        let are_neighbours = first >= 0 && first + K as i64 <= length;
+        let texel = if are_neighbours {
             std::array::from_fn(|k| first as usize + k)
         } else {
             std::array::from_fn(|k| axis.wrap.texel(first + k as i64, length).unwrap_or(BLACK))
         };
-        Self { texel, weight, slope: slope.map(|d| d * axis.full as f32) }
+        Self { texel, weight, slope: slope.map(|d| d * axis.full as f32), are_neighbours }
     }
 
     /// The taps that are not black: texel, weight, slope.
@@ -244,6 +254,9 @@ fn accumulate<T: Texel, const K: usize, const N: usize, const DERIVS: bool>(
     columns: &Taps<K>,
     rows: &Taps<K>,
 ) -> Sample {
+    if let Some(sum) = accumulate_neighbours::<T, K, N, DERIVS>(source, texels, columns, rows) {
+        return sum;
+    }
     let Source { level, n_stored, first, .. } = *source;
     let mut sum = Sample::default();
     for (y, weight_t, slope_t) in rows.iter() {
@@ -263,6 +276,40 @@ fn accumulate<T: Texel, const K: usize, const N: usize, const DERIVS: bool>(
         }
     }
     sum
+}
+
+/// The same sum, term by term, for texels that follow each other in memory without other channels between
+/// them; `None` for all others.
+#[inline]
+fn accumulate_neighbours<T: Texel, const K: usize, const N: usize, const DERIVS: bool>(
+    source: &Source<'_>,
+    texels: &[T],
+    columns: &Taps<K>,
+    rows: &Taps<K>,
+) -> Option<Sample> {
+    let Source { level, n_stored, first, .. } = *source;
+    if !columns.are_neighbours || n_stored != N || first != 0 {
+        return None;
+    }
+    let mut sum = Sample::default();
+    for (y, weight_t, slope_t) in rows.iter() {
+        let start = (y * level.width + columns.texel[0]) * N;
+        let row = texels.get(start..start + K * N)?.as_chunks::<N>().0.first_chunk::<K>()?;
+        for k in 0..K {
+            let (weight_s, slope_s) = (columns.weight[k], columns.slope[k]);
+            let values = row[k].map(Texel::float);
+            for (sum, value) in sum.value.iter_mut().zip(values) {
+                *sum += weight_s * weight_t * value;
+            }
+            if DERIVS {
+                for (channel, value) in values.into_iter().enumerate() {
+                    sum.d_ds[channel] += slope_s * weight_t * value;
+                    sum.d_dt[channel] += weight_s * slope_t * value;
+                }
+            }
+        }
+    }
+    Some(sum)
 }
 
 #[cfg(test)]

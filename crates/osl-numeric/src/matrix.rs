@@ -4,7 +4,7 @@
 //! module must not know the names of coordinate systems.
 
 use super::geometry::{Triple, select};
-use super::real::{Real, Scalar};
+use super::real::Real;
 
 /// Sixteen numbers, row by row.
 pub type Matrix<R> = [R; 16];
@@ -70,28 +70,25 @@ pub fn determinant<R: Real>(m: Matrix<R>) -> R {
 /// The inverse; the identity if there is none.
 ///
 /// A matrix with the last column (0, 0, 0, 1) is inverted by cofactors of its upper left part, any other by
-/// elimination. A quotient that would overflow counts as singular.
+/// elimination; both are computed. A quotient that would overflow counts as singular.
 #[inline(always)]
 pub fn inverse<R: Real>(m: Matrix<R>) -> Matrix<R> {
-    R::by_value(
-        [],
-        m,
-        #[inline(always)]
-        |[], m| inverse_of_known(m),
-    )
-}
-
-#[inline(always)]
-fn inverse_of_known<R: Scalar>(m: Matrix<R>) -> Matrix<R> {
     let zero = R::lit(0.0);
-    let affine = m[3] == zero && m[7] == zero && m[11] == zero && m[15] == R::lit(1.0);
-    let inverse = if affine { inverse_affine(&m) } else { inverse_by_elimination(m) };
-    inverse.unwrap_or(diagonal(R::lit(1.0)))
+    let is_affine = m[3].eq(zero) & m[7].eq(zero) & m[11].eq(zero) & m[15].eq(R::lit(1.0));
+    let (affine, is_invertible) = inverse_affine(&m);
+    let (general, is_regular) = inverse_by_elimination(m);
+    let mut inverse = diagonal(R::lit(1.0));
+    for at in 0..16 {
+        let other = R::select(is_regular, general[at], inverse[at]);
+        let own = R::select(is_invertible, affine[at], inverse[at]);
+        inverse[at] = R::select(is_affine, own, other);
+    }
+    inverse
 }
 
-/// The inverse of a matrix with last column (0, 0, 0, 1).
+/// The inverse of a matrix with last column (0, 0, 0, 1), and whether there is one.
 #[inline(always)]
-fn inverse_affine<R: Scalar>(m: &Matrix<R>) -> Option<Matrix<R>> {
+fn inverse_affine<R: Real>(m: &Matrix<R>) -> (Matrix<R>, R::Mask) {
     let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
     let adjugate = [
         [minor(5, 10, 9, 6), minor(9, 2, 1, 10), minor(1, 6, 5, 2)],
@@ -101,11 +98,11 @@ fn inverse_affine<R: Scalar>(m: &Matrix<R>) -> Option<Matrix<R>> {
     let determinant = m[0] * adjugate[0][0] + m[1] * adjugate[1][0] + m[2] * adjugate[2][0];
     let magnitude = determinant.abs();
     let largest_safe = magnitude / R::lit(f32::MIN_POSITIVE);
-    let invertible =
-        magnitude >= R::lit(1.0) || adjugate.iter().flatten().all(|&element| largest_safe > element.abs());
-    if !invertible {
-        return None;
+    let mut is_safe = largest_safe.gt(adjugate[0][0].abs());
+    for at in 1..9 {
+        is_safe = is_safe & largest_safe.gt(adjugate[at / 3][at % 3].abs());
     }
+    let is_invertible = magnitude.ge(R::lit(1.0)) | is_safe;
     let mut inverse = diagonal(R::lit(1.0));
     for column in 0..3 {
         let part = [
@@ -118,23 +115,19 @@ fn inverse_affine<R: Scalar>(m: &Matrix<R>) -> Option<Matrix<R>> {
         }
         inverse[12 + column] = -m[12] * part[0] - m[13] * part[1] - m[14] * part[2];
     }
-    Some(inverse)
+    (inverse, is_invertible)
 }
 
-/// The inverse by Gauss-Jordan elimination, with the largest element of each column as pivot.
+/// The inverse by Gauss-Jordan elimination, with the largest element of each column as pivot; and whether
+/// there is one.
 #[inline(always)]
-fn inverse_by_elimination<R: Scalar>(m: Matrix<R>) -> Option<Matrix<R>> {
+fn inverse_by_elimination<R: Real>(m: Matrix<R>) -> (Matrix<R>, R::Mask) {
     let mut left = m;
     let mut right = diagonal(R::lit(1.0));
+    let mut is_regular = !R::lit(0.0).ne(R::lit(0.0));
     for column in 0..4 {
-        let pivot = pivot_row(&left, column);
-        if left[4 * pivot + column] == R::lit(0.0) {
-            return None;
-        }
-        if pivot != column {
-            swap_rows(&mut left, pivot, column);
-            swap_rows(&mut right, pivot, column);
-        }
+        take_pivot(&mut left, &mut right, column);
+        is_regular = is_regular & left[5 * column].ne(R::lit(0.0));
         for row in column + 1..4 {
             let factor = left[4 * row + column] / left[5 * column];
             subtract_row(&mut left, row, column, factor);
@@ -153,30 +146,44 @@ fn inverse_by_elimination<R: Scalar>(m: Matrix<R>) -> Option<Matrix<R>> {
             subtract_row(&mut right, row, column, factor);
         }
     }
-    Some(right)
+    (right, is_regular)
 }
 
+/// Exchanges a row with the first of the rows from it on that have the largest magnitude in its column.
 #[inline(always)]
-fn pivot_row<R: Scalar>(m: &Matrix<R>, column: usize) -> usize {
-    let mut best = column;
+fn take_pivot<R: Real>(left: &mut Matrix<R>, right: &mut Matrix<R>, column: usize) {
+    let mut largest = left[5 * column].abs();
+    let never = R::lit(0.0).ne(R::lit(0.0));
+    // Whether a row is larger than all rows before it: the last such row is the pivot.
+    let mut is_larger = [never; 4];
     for row in column + 1..4 {
-        if m[4 * row + column].abs() > m[4 * best + column].abs() {
-            best = row;
+        let magnitude = left[4 * row + column].abs();
+        is_larger[row] = magnitude.gt(largest);
+        largest = R::select(is_larger[row], magnitude, largest);
+    }
+    let mut is_pivot = is_larger;
+    for row in column + 1..4 {
+        for later in row + 1..4 {
+            is_pivot[row] = is_pivot[row] & !is_larger[later];
         }
     }
-    best
-}
-
-#[inline(always)]
-fn swap_rows<R: Scalar>(m: &mut Matrix<R>, a: usize, b: usize) {
-    for column in 0..4 {
-        m.swap(4 * a + column, 4 * b + column);
+    for m in [left, right] {
+        for at in 0..4 {
+            let first = m[4 * column + at];
+            let mut pivot = first;
+            for row in column + 1..4 {
+                let own = m[4 * row + at];
+                pivot = R::select(is_larger[row], own, pivot);
+                m[4 * row + at] = R::select(is_pivot[row], first, own);
+            }
+            m[4 * column + at] = pivot;
+        }
     }
 }
 
 /// Row `row` minus `factor` times row `pivot`.
 #[inline(always)]
-fn subtract_row<R: Scalar>(m: &mut Matrix<R>, row: usize, pivot: usize, factor: R) {
+fn subtract_row<R: Real>(m: &mut Matrix<R>, row: usize, pivot: usize, factor: R) {
     for column in 0..4 {
         m[4 * row + column] = m[4 * row + column] - factor * m[4 * pivot + column];
     }

@@ -191,31 +191,38 @@ impl<R: Scalar> Curve<R> {
         self.value(piece.copied().unwrap_or([R::lit(0.0); 4]), t)
     }
 
+    /// Whether the position of the value `y` is the beginning of the curve, and whether it is the end; the
+    /// beginning counts if both hold.
+    #[inline(always)]
+    pub fn is_outside(&self, y: R) -> (bool, bool) {
+        let is_before = if self.is_rising { y <= self.first } else { y >= self.first };
+        let is_behind = if self.is_rising { y >= self.last } else { y <= self.last };
+        (is_before, is_behind)
+    }
+
+    /// The ends of each segment.
+    pub fn brackets<N: Follow<R>>(&self) -> impl Iterator<Item = Bracket<N>> {
+        self.ends.windows(2).filter_map(|ends| {
+            let [from, to] = ends else { return None };
+            let (v0, v1) = (N::at_end(self, from), N::at_end(self, to));
+            Some(Bracket { x0: N::still(from.place), x1: N::still(to.place), v0, v1, is_rising: v0.lt(v1) })
+        })
+    }
+
     /// Begins to search for the position with the value `y`: the first segment that brackets it counts.
     pub fn start<N: Follow<R>>(&self, y: N) -> Start<N> {
-        let value = y.value();
-        let (first, last) = (self.first, self.last);
-        if if self.is_rising { value <= first } else { value >= first } {
-            return Start::Found(N::lit(0.0));
-        }
-        if if self.is_rising { value >= last } else { value <= last } {
-            return Start::Found(N::lit(1.0));
+        match self.is_outside(y.value()) {
+            (true, _) => return Start::Found(N::lit(0.0)),
+            (_, true) => return Start::Found(N::lit(1.0)),
+            _ => {}
         }
         let mut x = N::lit(0.0);
-        for ends in self.ends.windows(2) {
-            let [from, to] = ends else { continue };
-            let (x0, x1) = (N::still(from.place), N::still(to.place));
-            let (v0, v1) = (N::at_end(self, from), N::at_end(self, to));
-            let is_rising = v0.lt(v1);
-            let (low, high) = if is_rising { (v0, v1) } else { (v1, v0) };
-            if !(y.ge(low) && y.le(high)) {
-                x = if y.lt(low) == is_rising { x0 } else { x1 };
+        for bracket in self.brackets::<N>() {
+            if !bracket.holds(y) {
+                x = bracket.end_toward(y);
                 continue;
             }
-            if (v0 - v1).value().abs() < R::known(NEAR.0, NEAR.1) {
-                return Start::Found(x0);
-            }
-            return Start::Between(Bracket { x0, x1, v0, v1, is_rising });
+            return if bracket.is_level::<R>() { Start::Found(bracket.x0) } else { Start::Between(bracket) };
         }
         Start::Found(x)
     }
@@ -262,6 +269,30 @@ impl<R: Scalar> Curve<R> {
 }
 
 impl<N: Number<Mask = bool>> Bracket<N> {
+    /// Whether the value `y` is between the values of the bracket.
+    #[inline(always)]
+    pub fn holds(&self, y: N) -> bool {
+        let (low, high) =
+            (N::select(self.is_rising, self.v0, self.v1), N::select(self.is_rising, self.v1, self.v0));
+        y.ge(low) & y.le(high)
+    }
+
+    /// The end whose side the value `y` is on, if it is not between the values.
+    #[inline(always)]
+    pub fn end_toward(&self, y: N) -> N {
+        let low = N::select(self.is_rising, self.v0, self.v1);
+        N::select(y.lt(low) == self.is_rising, self.x0, self.x1)
+    }
+
+    /// Whether the values are too close to interpolate between them: then the first position counts.
+    #[inline(always)]
+    pub fn is_level<R: Scalar>(&self) -> bool
+    where
+        N: Follow<R>,
+    {
+        (self.v0 - self.v1).value().abs() < R::known(NEAR.0, NEAR.1)
+    }
+
     /// The next position to evaluate in the search for `y`.
     #[inline(always)]
     pub fn guess(&self, y: N, step: i32) -> N {

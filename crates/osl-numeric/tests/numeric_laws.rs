@@ -148,6 +148,76 @@ fn singular_matrices_invert_to_the_identity() {
     assert_eq!(matrix::inverse(flat), identity);
 }
 
+/// The inverse of a matrix step by step, with a row exchanged only where that is needed; `None` if there is
+/// none.
+fn inverse_by_steps(m: [f32; 16]) -> Option<[f32; 16]> {
+    let mut rows: [[f32; 8]; 4] = std::array::from_fn(|row| {
+        std::array::from_fn(|at| if at < 4 { m[4 * row + at] } else { f32::from(u8::from(at == row + 4)) })
+    });
+    for column in 0..4 {
+        let mut pivot = column;
+        for row in column + 1..4 {
+            if rows[row][column].abs() > rows[pivot][column].abs() {
+                pivot = row;
+            }
+        }
+        if rows[pivot][column] == 0.0 {
+            return None;
+        }
+        rows.swap(pivot, column);
+        for row in column + 1..4 {
+            let factor = rows[row][column] / rows[column][column];
+            for at in 0..8 {
+                rows[row][at] -= factor * rows[column][at];
+            }
+        }
+    }
+    for column in (0..4).rev() {
+        let pivot = rows[column][column];
+        rows[column].iter_mut().for_each(|x| *x /= pivot);
+        for row in 0..column {
+            let factor = rows[row][column];
+            for at in 0..8 {
+                rows[row][at] -= factor * rows[column][at];
+            }
+        }
+    }
+    Some(std::array::from_fn(|at| rows[at / 4][4 + at % 4]))
+}
+
+#[test]
+fn all_cases_of_the_inverse_have_the_bits_of_its_steps() {
+    let mut state = 7_u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        state >> 8
+    };
+    let (mut regular, mut singular) = (0, 0);
+    for round in 0..20_000 {
+        let m: [f32; 16] = std::array::from_fn(|_| match (round % 5, next() % 8) {
+            // Zeros, equal magnitudes, and what is no number.
+            (1, 0..4) => 0.0,
+            (2, n) => n as f32 - 4.0,
+            (3, 0) => [f32::INFINITY, f32::NAN, -0.0, 1e-40][next() as usize % 4],
+            _ => next() as f32 / 4_194_304.0 - 2.0,
+        });
+        if (m[3], m[7], m[11], m[15]) == (0.0, 0.0, 0.0, 1.0) {
+            continue;
+        }
+        let steps = inverse_by_steps(m);
+        if steps.is_some() {
+            regular += 1
+        } else {
+            singular += 1
+        }
+        let expected = steps.unwrap_or(matrix::diagonal(1.0));
+        for (got, expected) in matrix::inverse(m).into_iter().zip(expected) {
+            assert!(same(got, expected), "{got:e} for {expected:e} in {m:?}");
+        }
+    }
+    assert!(regular > 10_000 && singular > 100, "{regular} {singular}");
+}
+
 fn any_float() -> impl Strategy<Value = f32> {
     any::<u32>().prop_map(f32::from_bits)
 }

@@ -4,8 +4,7 @@ use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::program::{Array, Location, Operand};
-use osl_lanes::Arg;
-use osl_lanes::Word;
+use osl_lanes::{Arg, Word};
 use osl_simd::Kernel;
 
 /// Elements that are cleared together.

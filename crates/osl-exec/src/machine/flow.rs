@@ -5,8 +5,7 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::program::{LoopParam, Operand, Steps};
 use osl_ir::Span;
-use osl_lanes::Arg;
-use osl_lanes::Word;
+use osl_lanes::{Arg, Word};
 
 impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     pub(super) fn branch(

@@ -97,19 +97,26 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let Some(out) = step.outs.first() else { return };
         let mut memo = std::mem::take(&mut self.memo);
         memo.begin();
-        for lane in self.lanes(&step.outs, mask) {
+        for run in self.runs(&step.args, &step.outs, mask) {
+            let lane = run.first;
             let key = self.key(&step.args, lane);
-            if let Some(Known { word, cost }) = key.and_then(|key| memo.find(&key)) {
-                self.work.pay_steps(cost);
-                self.set_words(*out, lane, &[word]);
-            } else {
-                let result = f(self, lane);
-                self.set_value(*out, lane, &result);
-                if let Some(key) = key {
-                    memo.keep(key, Known { word: self.word(*out, lane), cost: self.work.of_lane() });
+            let word = match key.and_then(|key| memo.find(&key)) {
+                Some(Known { word, cost }) => {
+                    self.work.pay_steps(cost);
+                    word
                 }
-            }
-            if !self.work.close() {
+                None => {
+                    let result = f(self, lane);
+                    self.set_value(*out, lane, &result);
+                    let word = self.word(*out, lane);
+                    if let Some(key) = key {
+                        memo.keep(key, Known { word, cost: self.work.of_lane() });
+                    }
+                    word
+                }
+            };
+            self.set_run(*out, run.lanes, word);
+            if !self.work.close_all(run.active) {
                 break;
             }
         }

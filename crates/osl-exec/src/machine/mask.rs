@@ -98,6 +98,16 @@ impl Mask {
         }
     }
 
+    /// Whether a lane is in the set.
+    #[inline]
+    pub(super) fn has(&self, lane: usize) -> bool {
+        match self {
+            Mask::All(width) => lane < *width,
+            Mask::None => false,
+            Mask::Some(bits) => bits.get(lane).is_some_and(|b| *b != 0),
+        }
+    }
+
     /// The first lane of the set.
     pub(super) fn first(&self) -> Option<usize> {
         match self {

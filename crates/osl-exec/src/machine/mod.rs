@@ -22,6 +22,7 @@ mod per_cell;
 mod point;
 mod profiled;
 mod report;
+mod runs;
 mod text;
 mod texture;
 mod texture_info;
@@ -43,8 +44,7 @@ pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
 pub use noise::noise_kind;
 use osl_ir::ir::{Const, Kind, MAX_ARGS};
-use osl_lanes::Arg;
-use osl_lanes::Word;
+use osl_lanes::{Arg, Word};
 use osl_limits::Limits;
 use osl_simd::Isa;
 

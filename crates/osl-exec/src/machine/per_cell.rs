@@ -11,8 +11,7 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::program::{CellLocation, Export, Location, Operand, Program, Steps};
 use crate::register::Lanes;
-use osl_lanes::Arg;
-use osl_lanes::Word;
+use osl_lanes::{Arg, Word};
 use osl_noise::cells::{self, Cells, MAX_CELLS};
 
 /// Maximum number of words that identify a cell.

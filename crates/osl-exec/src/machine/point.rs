@@ -7,8 +7,7 @@ use crate::message::Message;
 use crate::program::{KernelStep, Location, Operand};
 use osl_ir::ir::{Const, Kind};
 use osl_ir::types::{Base, Extent, Type};
-use osl_lanes::Arg;
-use osl_lanes::Word;
+use osl_lanes::{Arg, Word};
 use std::sync::Arc;
 
 impl<A: ArithmeticImpl> Machine<'_, A> {

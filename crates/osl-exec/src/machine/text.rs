@@ -3,13 +3,13 @@
 use super::Machine;
 use super::mask::Mask;
 use super::memo::Known;
+use super::runs::Run;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::{Message, Printed};
 use crate::program::{KernelStep, Operand, SERIAL};
 use osl_ir::ir::{Const, Kind, Shape, Sink};
 use osl_ir::text::{self, Flavour, Value};
-use osl_lanes::Arg;
-use osl_lanes::Word;
+use osl_lanes::{Arg, Word};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -202,81 +202,130 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
 
     pub(super) fn regex(&mut self, whole: bool, places: Option<u32>, step: &KernelStep, mask: &Mask) {
         let array = places.and_then(|p| self.program.arrays.get(p as usize).copied());
-        let mut lanes = self.active(mask);
         let uniform = array.is_none_or(|a| !a.varying)
             && step.outs.iter().all(|o| matches!(o.location, crate::program::Location::Words(_)));
-        if uniform {
-            lanes.truncate(1);
-        }
-        let [subject, pattern] = &step.args[..] else { return };
         // Lanes with the same text and pattern share the answer, unless they also want the places.
+        let runs = match places {
+            None => self.runs(&step.args, &step.outs, mask),
+            Some(_) => {
+                let lanes = self.active(mask).into_iter().take(if uniform { 1 } else { usize::MAX });
+                lanes.map(|lane| Run { lanes: lane..lane + 1, first: lane, active: 1 }).collect()
+            }
+        };
+        let [subject, pattern] = &step.args[..] else { return };
         let mut memo = std::mem::take(&mut self.memo);
         memo.begin();
-        for lane in lanes {
+        for run in runs {
+            let lane = run.first;
             let (s, number) = (self.text(self.bits(*subject, lane)), self.bits(*pattern, lane));
             let pattern = self.text(number);
-            if !self.pay_pattern(&pattern, number, (!uniform).then_some(lane)) {
+            let making = text::Pattern::making(&pattern);
+            let Some(makers) = self.pay_pattern(making, number, &run, (!uniform).then_some(mask)) else {
                 return;
-            }
+            };
             let key = self.key(&step.args, lane).filter(|_| places.is_none());
-            if let Some(Known { word, cost }) = key.and_then(|key| memo.find(&key)) {
-                if !self.work.affords(cost) {
-                    return;
+            let Known { word, cost } = match key.and_then(|key| memo.find(&key)) {
+                Some(known) => {
+                    if !self.work.affords(known.cost) {
+                        return;
+                    }
+                    self.work.pay(known.cost);
+                    known
                 }
-                self.work.pay(cost);
-                if let Some(out) = step.outs.first() {
-                    self.set_words(*out, lane, &[word]);
-                }
-                if !self.work.close() {
-                    return;
-                }
-                continue;
-            }
-            let search = if whole { text::Pattern::whole } else { text::Pattern::find };
-            let mut cost = 0;
-            let found = text::Pattern::with(&pattern, whole, &self.limits.running, |pattern| {
-                // The cost of a search depends on both, and is charged in advance.
-                cost = pattern.cost(s.len());
-                self.work.affords(cost).then(|| {
-                    self.work.pay(cost);
-                    search(pattern, &s)
-                })
-            });
-            let is_known = found.is_ok();
-            let found = match found {
-                Ok(Some(found)) => found,
-                Ok(None) => return,
-                Err(()) => {
-                    let text = format!("malformed regular expression \"{}\"", pattern.escape_debug());
-                    self.report(step, lane, mask, Message::error(text));
-                    None
+                None => {
+                    let Some((found, cost)) = self.search_text(whole, &s, &pattern) else { return };
+                    let groups = found.as_ref().ok().and_then(Option::as_ref);
+                    let known = Known { word: A::Word::of(groups.is_some().into()), cost };
+                    if let (Some(array), Some(places)) = (array, places) {
+                        self.work.pay(u64::from(array.len) * PLACE);
+                        for index in 0..array.len as usize {
+                            let group = groups.and_then(|g| *g.get(index / 2)?);
+                            // Groups without a match have the length of the pattern, as in the reference.
+                            let place =
+                                group.map_or(pattern.len(), |(a, b)| if index % 2 == 0 { a } else { b });
+                            self.set_element(places, index, 0, lane, A::Word::of(place as u32));
+                        }
+                    }
+                    if found.is_err() {
+                        if let Some(out) = step.outs.first() {
+                            self.set_run(*out, run.lanes.clone(), known.word);
+                        }
+                        let text = format!("malformed regular expression \"{}\"", pattern.escape_debug());
+                        if !self.report_run(step, (&run, mask), &text, (makers, making)) {
+                            return;
+                        }
+                        continue;
+                    }
+                    if let Some(key) = key {
+                        memo.keep(key, known);
+                    }
+                    known
                 }
             };
-            if let Some(key) = key.filter(|_| is_known) {
-                memo.keep(key, Known { word: A::Word::of(found.is_some().into()), cost });
-            }
-            if let (Some(array), Some(places)) = (array, places) {
-                self.work.pay(u64::from(array.len) * PLACE);
-                for index in 0..array.len as usize {
-                    let group = found.as_ref().and_then(|g| *g.get(index / 2)?);
-                    // Groups without a match have the length of the pattern, as in the reference.
-                    let place = group.map_or(pattern.len(), |(a, b)| if index % 2 == 0 { a } else { b });
-                    self.set_element(places, index, 0, lane, A::Word::of(place as u32));
-                }
-            }
             if let Some(out) = step.outs.first() {
-                self.set_bits(*out, lane, found.is_some().into());
+                self.set_run(*out, run.lanes, word);
             }
-            if !self.work.close() {
+            // Lanes that compile the pattern cost more than the others.
+            let dear = if makers > 0 { makers } else { run.active };
+            if !self.work.close_all(dear) {
+                return;
+            }
+            self.work.pay(cost);
+            if !self.work.close_all(run.active - dear) {
                 return;
             }
         }
         self.memo = memo;
     }
 
-    /// Charges for the pattern of a lane, or of all lanes: it is compiled again if it differs from the last
-    /// one. Returns whether the point can afford it.
-    fn pay_pattern(&mut self, pattern: &str, number: u32, lane: Option<usize>) -> bool {
+    /// Searches a text for a pattern, and pays for it. Returns the groups that were found, or an error if the
+    /// pattern is malformed, and the cost; `None` if the point cannot afford it.
+    fn search_text(
+        &mut self,
+        whole: bool,
+        s: &str,
+        pattern: &str,
+    ) -> Option<(Result<Option<text::Groups>, ()>, u64)> {
+        let search = if whole { text::Pattern::whole } else { text::Pattern::find };
+        let mut cost = 0;
+        let found = text::Pattern::with(pattern, whole, &self.limits.running, |pattern| {
+            // The cost of a search depends on both, and is charged in advance.
+            cost = pattern.cost(s.len());
+            self.work.affords(cost).then(|| {
+                self.work.pay(cost);
+                search(pattern, s)
+            })
+        });
+        match found {
+            Ok(found) => Some((Ok(found?), cost)),
+            Err(()) => Some((Err(()), cost)),
+        }
+    }
+
+    /// Reports a text for each active lane of a run, and ends the work on it. The first `makers` of them pay
+    /// for a pattern; the first one has done so. Returns whether the kernel may continue.
+    fn report_run(
+        &mut self,
+        step: &KernelStep,
+        (run, mask): (&Run, &Mask),
+        text: &str,
+        (makers, making): (u64, u64),
+    ) -> bool {
+        for (at, lane) in (0..).zip(run.lanes.clone().filter(|lane| mask.has(*lane))) {
+            if 0 < at && at < makers {
+                self.work.pay(making);
+            }
+            self.report(step, lane, mask, Message::error(text.to_string()));
+            if !self.work.close() {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Charges for the pattern of a run of lanes, or of all lanes: it is compiled again if it differs from the
+    /// last one of a lane. Returns how many lanes compile it, if the point can afford it.
+    fn pay_pattern(&mut self, making: u64, number: u32, run: &Run, mask: Option<&Mask>) -> Option<u64> {
         // The patterns of the lanes are followed by the last one of all lanes, and by that of the machine.
         let (all, machine) = (self.width, self.width + 1);
         self.patterns.resize(machine + 1, u32::MAX);
@@ -284,16 +333,22 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             let known = self.patterns.get_mut(at).map(|known| std::mem::replace(known, number));
             known != Some(number)
         };
-        let steps = text::Pattern::making(pattern);
         if is_new(machine) {
-            self.work.delay(steps);
+            self.work.delay(making);
         }
-        match lane {
-            Some(lane) if is_new(lane) => self.work.pay(steps),
+        let mut makers = 0;
+        match mask {
+            Some(mask) => {
+                let lanes = run.lanes.clone().filter(|lane| mask.has(*lane));
+                makers = lanes.map(|lane| u64::from(is_new(lane))).sum();
+                if makers > 0 {
+                    self.work.pay(making);
+                }
+            }
             // Which of the points came first depends on the batch.
-            None if is_new(all) => self.work.add_all(steps.saturating_mul(SERIAL)),
-            _ => {}
+            None if is_new(all) => self.work.add_all(making.saturating_mul(SERIAL)),
+            None => {}
         }
-        self.work.affords(0)
+        self.work.affords(0).then_some(makers)
     }
 }

@@ -137,7 +137,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             deriv.iter_mut().zip(derivs).for_each(|(to, from)| *to = float(self, from));
             self.work.pay(PROBE * probes(deriv));
             let number = self.bits(*name, lane);
-            if !self.pay_file(number, &self.text(number)) {
+            if !self.pay_file(number) {
                 break;
             }
             let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
@@ -199,7 +199,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             let (d_dx, d_dy) = (change(self, 0), change(self, 1));
             let number = self.bits(*name, lane);
             self.work.pay(PROBE * DIRECTIONS);
-            if !self.pay_file(number, &self.text(number)) {
+            if !self.pay_file(number) {
                 break;
             }
             let name = (number, &given.part);
@@ -229,7 +229,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 given = self.lookup_options(options, values, channels, lane);
             }
             let number = self.bits(*name, lane);
-            if !self.pay_file(number, &self.text(number)) {
+            if !self.pay_file(number) {
                 break;
             }
             let (file, ..) = self.opened(&mut opened, (number, &given.part), (0.0, 0.0));

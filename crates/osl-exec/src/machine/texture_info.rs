@@ -24,7 +24,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let [file, datum, at @ ..] = &step.args[..] else { return };
         for lane in self.lanes(&step.outs, mask) {
             let (name, word) = (self.text(self.bits(*file, lane)), self.text(self.bits(*datum, lane)));
-            if !self.pay_file(self.bits(*file, lane), &name) {
+            if !self.pay_file(self.bits(*file, lane)) {
                 return;
             }
             let at = match at {
@@ -50,9 +50,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
 
     /// Charges for looking for a file, or for the files of all squares: names in the program are known after
     /// the first time, but a point can make any number of others. Returns whether the point can afford it.
-    pub(super) fn pay_file(&mut self, number: u32, name: &str) -> bool {
+    pub(super) fn pay_file(&mut self, number: u32) -> bool {
         if number as usize >= self.program.strings.len() {
-            self.work.pay(if TextureCache::is_tiled(name) { SQUARES * FILE } else { FILE });
+            self.work.pay(if TextureCache::is_tiled(&self.text(number)) { SQUARES * FILE } else { FILE });
         }
         self.work.affords(0)
     }

@@ -128,9 +128,14 @@ impl Work {
 
     /// Ends the work of a kernel on a lane. Returns whether the kernel may continue.
     pub(super) fn close(&mut self) -> bool {
+        self.close_all(1)
+    }
+
+    /// The same for a number of lanes, each of which costs as much as the current one.
+    pub(super) fn close_all(&mut self, lanes: u64) -> bool {
         let lane = std::mem::take(&mut self.lane);
         self.most = self.most.max(lane);
-        self.taken = self.taken.saturating_add(lane);
+        self.taken = self.taken.saturating_add(lane.saturating_mul(lanes));
         if self.taken > self.may_take || self.highest().saturating_add(self.most) > self.limit {
             self.over.get_or_insert(Over::Steps);
         }

@@ -1,12 +1,12 @@
-//! Rewrites that save work and keep every bit: the minimum of two numbers without a condition, and
-//! comparisons of distances by their squares.
+//! Rewrites that save work and keep every bit: the minimum of two numbers without a condition, normals
+//! transformed by a matrix that all points share, and comparisons of distances by their squares.
 //!
 //! The square root is correctly rounded, so it is monotonic. Hence the minimum of two roots is the root of
 //! the minimum, and a root is below a number exactly if its argument is below a threshold. Only distances
 //! without other uses are rewritten, such as those of a search for the nearest point. Needs the rates.
 
 use super::rewrite::{Code, Rewrite};
-use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Source, ValueId};
+use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Rate, Source, ValueId};
 use rustc_hash::FxHashMap;
 use smallvec::smallvec;
 
@@ -14,6 +14,7 @@ use smallvec::smallvec;
 pub(super) fn run(body: &mut Body) {
     let mut changed = false;
     each_block(body, &mut |body, id| changed |= lowers(body, id));
+    normals(body);
     let mut insts = body.blocks.iter().flat_map(|block| &block.insts);
     let distances = insts.any(|inst| matches!(inst.op, Op::Lane(LaneOp::Distance, _)));
     if changed || distances {
@@ -73,6 +74,49 @@ fn lowers(body: &mut Body, id: BlockId) -> bool {
         }
     }
     changed
+}
+
+/// Computes the matrix for normals once if all points share the matrix for points.
+fn normals(body: &mut Body) {
+    let is_shared = |body: &Body, inst: &Inst| match (&inst.op, &inst.results[..]) {
+        (Op::Lane(LaneOp::TransformNormal, args), [result]) => {
+            let is_uniform = |v: ValueId| body.value(v).rate == Rate::Uniform;
+            args.first().is_some_and(|m| is_uniform(*m)) && !is_uniform(*result)
+        }
+        _ => false,
+    };
+    let mut blocks = Vec::new();
+    each_block(body, &mut |body, id| {
+        if body.block(id).insts.iter().any(|inst| is_shared(body, inst)) {
+            blocks.push(id);
+        }
+    });
+    let mut normals = Normals { code: Code::with_rates(body), is_shared };
+    blocks.into_iter().for_each(|id| normals.block(id));
+}
+
+/// Writes the transformation by the matrix for normals in place of that of normals.
+struct Normals<'a, F> {
+    code: Code<'a>,
+    is_shared: F,
+}
+
+impl<'a, F: Fn(&Body, &Inst) -> bool> Rewrite<'a> for Normals<'a, F> {
+    fn code(&mut self) -> &mut Code<'a> {
+        &mut self.code
+    }
+
+    fn inst(&mut self, mut inst: Inst) {
+        if (self.is_shared)(self.code.body, &inst)
+            && let Op::Lane(_, args) = &inst.op
+            && let [m, n] = args[..]
+        {
+            let inverse = self.lane(LaneOp::MInverse, &[m]);
+            let matrix = self.lane(LaneOp::MTranspose, &[inverse]);
+            inst.op = Op::Lane(LaneOp::TransformVector, smallvec![matrix, n]);
+        }
+        self.keep(inst);
+    }
 }
 
 /// What the rewriting of roots must know of the whole body.

@@ -19,6 +19,7 @@ pub(crate) struct Case {
 }
 
 /// The seed shaders, and shaders that cover the library.
+#[allow(dead_code, reason = "not every bench uses it")]
 pub(crate) const CASES: [Case; 19] = [
     case("Cobbled, all outputs", "osl/Cobbled.osl", &[], &[]),
     case("Cobbled, resultRGB", "osl/Cobbled.osl", &["resultRGB"], &[]),
@@ -41,6 +42,44 @@ pub(crate) const CASES: [Case; 19] = [
     case("network", "crates/oslrun/benches/shaders/network.group", &[], &[]),
 ];
 
+/// Shaders that resemble published ones: procedural textures with loops, graphs of nodes, fractals, tilings,
+/// toon and weave patterns, ramps in arrays, searches of cells, blends of textures.
+#[allow(dead_code, reason = "not every bench uses it")]
+pub(crate) const MORE: [Case; 32] = [
+    more("marble", "crates/oslrun/benches/shaders/suite/marble.osl"),
+    more("wood", "crates/oslrun/benches/shaders/suite/wood.osl"),
+    more("ridges", "crates/oslrun/benches/shaders/suite/ridges.osl"),
+    more("bricks", "crates/oslrun/benches/shaders/suite/bricks.osl"),
+    more("rust", "crates/oslrun/benches/shaders/suite/rust.osl"),
+    more("clouds", "crates/oslrun/benches/shaders/suite/clouds.osl"),
+    more("graph_stone", "crates/oslrun/benches/shaders/suite/graph_stone.osl"),
+    more("graph_surface", "crates/oslrun/benches/shaders/suite/graph_surface.osl"),
+    more("graph_noise2d", "crates/oslrun/benches/shaders/suite/graph_noise2d.osl"),
+    more("graph_switch", "crates/oslrun/benches/shaders/suite/graph_switch.osl"),
+    more("mandelbrot", "crates/oslrun/benches/shaders/suite/mandelbrot.osl"),
+    more("julia", "crates/oslrun/benches/shaders/suite/julia.osl"),
+    more("sierpinski", "crates/oslrun/benches/shaders/suite/sierpinski.osl"),
+    more("newton", "crates/oslrun/benches/shaders/suite/newton.osl"),
+    more("hexagons", "crates/oslrun/benches/shaders/suite/hexagons.osl"),
+    more("herringbone", "crates/oslrun/benches/shaders/suite/herringbone.osl"),
+    more("truchet", "crates/oslrun/benches/shaders/suite/truchet.osl"),
+    more("kaleidoscope", "crates/oslrun/benches/shaders/suite/kaleidoscope.osl"),
+    more("toon", "crates/oslrun/benches/shaders/suite/toon.osl"),
+    more("halftone", "crates/oslrun/benches/shaders/suite/halftone.osl"),
+    more("weave", "crates/oslrun/benches/shaders/suite/weave.osl"),
+    more("tartan", "crates/oslrun/benches/shaders/suite/tartan.osl"),
+    more("ramp_search", "crates/oslrun/benches/shaders/suite/ramp_search.osl"),
+    more("ramp_splines", "crates/oslrun/benches/shaders/suite/ramp_splines.osl"),
+    more("palette", "crates/oslrun/benches/shaders/suite/palette.osl"),
+    more("bins", "crates/oslrun/benches/shaders/suite/bins.osl"),
+    more("worley", "crates/oslrun/benches/shaders/suite/worley.osl"),
+    more("crackle", "crates/oslrun/benches/shaders/suite/crackle.osl"),
+    more("bubbles", "crates/oslrun/benches/shaders/suite/bubbles.osl"),
+    textured("triplanar", "crates/oslrun/benches/shaders/suite/triplanar.osl"),
+    textured("splats", "crates/oslrun/benches/shaders/suite/splats.osl"),
+    textured("decals", "crates/oslrun/benches/shaders/suite/decals.osl"),
+];
+
 const TEXTURE: &str = "tests/data/textures/tex64.png";
 
 const fn case(
@@ -50,6 +89,14 @@ const fn case(
     params: &'static [(&'static str, &'static str)],
 ) -> Case {
     Case { name, file, outputs, params }
+}
+
+const fn more(name: &'static str, file: &'static str) -> Case {
+    case(name, file, &[], &[])
+}
+
+const fn textured(name: &'static str, file: &'static str) -> Case {
+    case(name, file, &[], &[("image", TEXTURE)])
 }
 
 /// The built-in shaders.

@@ -437,7 +437,7 @@ fn spread(plane: &mut Plane, pixels: &[u32], count: usize) {
             *to = *word;
         }
     }
-    plane.words = words;
+    plane.words = words.into();
     plane.wide = Vec::new();
 }
 
@@ -448,7 +448,7 @@ fn alpha(seen: &Seen, args: &RunArgs) -> Plane {
         ty: Type::FLOAT,
         component: 0,
         kind: Kind::Float,
-        words: vec![1.0_f32.to_bits(); seen.pixels.len()],
+        words: vec![1.0_f32.to_bits(); seen.pixels.len()].into(),
         wide: Vec::new(),
     };
     spread(&mut alpha, &seen.pixels, args.grid.0 * args.grid.1);

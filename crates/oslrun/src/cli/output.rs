@@ -6,7 +6,7 @@ use super::args::RunArgs;
 use super::args::values::STDOUT;
 use super::software::{self, SOFTWARE};
 use super::summary::Ranges;
-use osl_exec::{Frame, Plane, Printed, Run, RunError};
+use osl_exec::{Frame, Plane, Printed, Run, RunError, Words};
 use osl_files::{FileError, Roots, Unsaved, save_all};
 use osl_image::{
     ExrOptions, ImageError, ImageFormat, Layer, LayerKind, ROWS_TOGETHER, SampleType, channel_bytes,
@@ -360,9 +360,10 @@ pub(super) fn stream(
         let here = row..height.min(row + rows);
         row += rows;
         let piece = image.rows(here).map_err(Broken::Run)?;
-        let values: Vec<Vec<f32>> = piece.planes.iter().map(Plane::floats).collect();
         tallied.count(&piece.planes, args);
+        let Frame { planes, .. } = piece;
         frame.add(Frame { planes: Vec::new(), ..piece }, &args.read.limits.limits().running);
+        let values: Vec<Words> = planes.into_iter().map(Plane::into_floats).collect();
         time += started.elapsed();
         Ok(Some(values))
     })?;

@@ -77,7 +77,7 @@ impl Ranges {
             self.0 = shown.iter().map(start).collect();
         }
         for ((.., range), plane) in self.0.iter_mut().zip(shown) {
-            range.add(&plane.floats());
+            range.add(&plane.as_floats());
         }
     }
 

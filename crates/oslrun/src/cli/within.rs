@@ -118,7 +118,7 @@ impl Rows for InTime<'_, '_> {
         let width = self.shading.surface.size().0;
         let piece = rows.start * width..rows.end * width;
         let slice = |plane: &Plane| {
-            let words = plane.words.get(piece.clone()).unwrap_or(&[]).to_vec();
+            let words = plane.words.get(piece.clone()).unwrap_or(&[]).to_vec().into();
             Plane {
                 output: plane.output.clone(),
                 ty: plane.ty,

@@ -9,6 +9,8 @@ use smallvec::smallvec;
 const MAX_GROUPS: usize = 128;
 /// More roots than this hardly ever have few combinations.
 const MAX_ROOTS: usize = 8;
+/// Loads of elements that are worth sharing: those of the four knots of a spline.
+const LOADS: u32 = 4;
 
 /// A group of instructions over the same roots.
 #[derive(Clone, Debug)]
@@ -19,6 +21,8 @@ pub(super) struct Group {
     pub(super) roots: Values,
     /// Whether it contains work that is worth sharing.
     pub(super) heavy: bool,
+    /// Number of loads of elements.
+    loads: u32,
     /// Position in the block before which its roots must be computed.
     start: u32,
     /// The group into which it was merged.
@@ -119,12 +123,13 @@ impl Groups {
         {
             return None;
         }
-        let Group { roots, heavy, .. } = self.groups[b].clone();
+        let Group { roots, heavy, loads, .. } = self.groups[b].clone();
         self.groups[b].merged = Some(a);
         let group = &mut self.groups[a];
         group.roots.extend(roots);
         group.roots.sort();
-        group.heavy |= heavy;
+        group.loads += loads;
+        group.heavy |= heavy || group.loads >= LOADS;
         group.start = start;
         Some(a)
     }
@@ -234,7 +239,8 @@ impl Find<'_> {
 
     /// Puts an instruction into a group, if there is one group for all of its operands.
     fn grouped(&mut self, inst: &Inst) -> bool {
-        let mut members = Members { inputs: Vec::new(), heavy: false, results: inst.results.clone() };
+        let results = inst.results.clone();
+        let mut members = Members { inputs: Vec::new(), heavy: false, loads: 0, results };
         if !self.collect(inst, &mut members) || members.inputs.is_empty() {
             return false;
         }
@@ -262,7 +268,8 @@ impl Find<'_> {
         };
         let entry = &mut self.groups.groups[now];
         entry.start = starts;
-        entry.heavy |= members.heavy;
+        entry.loads += members.loads;
+        entry.heavy |= members.heavy || entry.loads >= LOADS;
         self.define(&members.results, made_from, place);
         for r in members.results {
             let known = &mut self.groups.known[r.index()];
@@ -286,6 +293,7 @@ impl Find<'_> {
             block,
             roots: smallvec![v],
             heavy: false,
+            loads: 0,
             start: self.place_in(block)?,
             merged: None,
         });
@@ -311,6 +319,11 @@ impl Find<'_> {
             Op::Kernel(Kernel::Noise { .. }, args) => {
                 members.heavy = true;
                 args.iter().all(|a| self.input(*a, members))
+            }
+            // A member stays at its place, after the stores to the array.
+            Op::LoadElement(slot, index) => {
+                members.loads += 1;
+                self.body.slot(*slot).rate == Rate::Uniform && self.input(*index, members)
             }
             Op::If { cond, then, otherwise, then_yields, else_yields } => {
                 let member = self.groups.known(*cond).member.is_some() || members.defines(*cond);
@@ -352,6 +365,8 @@ struct Members {
     /// Values that it reads from outside itself, except uniform ones.
     inputs: Vec<ValueId>,
     heavy: bool,
+    /// Number of loads of elements.
+    loads: u32,
     /// The values that it defines.
     results: Values,
 }
