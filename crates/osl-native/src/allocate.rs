@@ -181,7 +181,7 @@ impl<'a, E: Encoder> Allocator<'a, E> {
             Op::Binary(op) => {
                 let (a, b) = self.turned(args[0], args[1], op.commutes());
                 let a = self.operand(a, args);
-                let b = self.last(b, args);
+                let b = self.immediate(inst.op, b).unwrap_or_else(|| self.last(b, args));
                 self.give(at, inst, &[a, b]);
             }
             // All others have one or two operands. Masks and what is tested for zero are in registers.
@@ -378,6 +378,16 @@ impl<'a, E: Encoder> Allocator<'a, E> {
         self.hold(to, v);
         self.code.load(to, home);
         Operand::Register(to)
+    }
+
+    /// A constant that is part of the instruction.
+    fn immediate(&self, op: Op, v: u32) -> Option<Operand> {
+        match self.block.insts[v as usize].op {
+            Op::Constant(bits) if E::immediate(op, bits) => {
+                Some(Operand::Memory(MemoryOperand::Constant(bits)))
+            }
+            _ => None,
+        }
     }
 
     /// Whether a value is in memory already, such as an input or a constant.

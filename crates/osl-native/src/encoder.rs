@@ -85,6 +85,11 @@ pub(crate) trait Encoder: Default {
 
     /// Whether the last operand of an operation may be this one in memory.
     fn takes(operand: MemoryOperand) -> bool;
+    /// Whether a constant as the last operand of an operation on two values is part of the instruction. It
+    /// then never takes a register.
+    fn immediate(_op: Op, _bits: u32) -> bool {
+        false
+    }
     /// How many vectors and masks an operation overwrites. If there are any, its operands are in registers,
     /// and its result is the first vector. Not for [`Op::Choose`] and [`Op::Fused`].
     fn work(op: Op) -> (usize, usize);

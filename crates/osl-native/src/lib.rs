@@ -8,9 +8,9 @@
 //! Data flows from `block` (a list of `inst`; `simplify` merges some) through `allocate` (registers and
 //! order) and an `encoder` (the instructions of one kind of machine) to `code` (executable memory and the
 //! call). [`Target`] names the kinds of machines: x86-64 with AVX2 or with AVX-512, whose encoders are `avx2`
-//! and `avx512`, both on `x86`. On other machines there is no [`Code`]. [`mod@interpret`] computes a block
-//! without code. This crate must not know shaders, their operations or their arithmetic; the client expresses
-//! a shader's operations in these terms.
+//! and `avx512`, both on `x86`, and aarch64, whose encoder is `neon`. On other machines there is no [`Code`].
+//! [`mod@interpret`] computes a block without code. This crate must not know shaders, their operations or
+//! their arithmetic; the client expresses a shader's operations in these terms.
 
 mod allocate;
 mod avx2;
@@ -20,6 +20,7 @@ mod code;
 mod encoder;
 mod inst;
 pub mod interpret;
+mod neon;
 mod simplify;
 #[cfg(test)]
 mod small;

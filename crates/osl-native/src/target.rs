@@ -8,6 +8,7 @@ use crate::avx2::{self, Avx2};
 use crate::avx512::{self, Avx512};
 use crate::block::Block;
 use crate::encoder::Encoder;
+use crate::neon::{self, Neon};
 
 /// A kind of machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,17 +17,20 @@ pub enum Target {
     Avx2,
     /// x86-64 with AVX-512.
     Avx512,
+    /// aarch64 with NEON, which all such processors have.
+    Neon,
 }
 
 impl Target {
     /// All targets.
-    pub const ALL: &'static [Target] = &[Target::Avx2, Target::Avx512];
+    pub const ALL: &'static [Target] = &[Target::Avx2, Target::Avx512, Target::Neon];
 
     /// The name of its instruction set.
     pub fn name(self) -> &'static str {
         match self {
             Target::Avx2 => "avx2",
             Target::Avx512 => "avx512",
+            Target::Neon => "neon",
         }
     }
 
@@ -40,6 +44,7 @@ impl Target {
         match self {
             Target::Avx2 => avx2::is_supported(),
             Target::Avx512 => avx512::is_supported(),
+            Target::Neon => neon::is_supported(),
         }
     }
 
@@ -48,6 +53,7 @@ impl Target {
         match self {
             Target::Avx2 => Avx2::LANES,
             Target::Avx512 => Avx512::LANES,
+            Target::Neon => Neon::LANES,
         }
     }
 
@@ -60,6 +66,7 @@ impl Target {
         match self {
             Target::Avx2 => assemble::<Avx2>(block),
             Target::Avx512 => assemble::<Avx512>(block),
+            Target::Neon => assemble::<Neon>(block),
         }
     }
 }

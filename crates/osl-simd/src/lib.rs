@@ -27,6 +27,10 @@ enum Level {
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
+    /// Loops are compiled as for the baseline, which has these vectors. But products and sums may be fused, and
+    /// there is machine code.
+    #[cfg(target_arch = "aarch64")]
+    Neon,
 }
 
 /// Work that is compiled for each instruction set.
@@ -47,10 +51,10 @@ pub trait FusedKernel {
     fn plain(self);
 }
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 struct Fused<K>(K);
 
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 impl<K: FusedKernel> Kernel for Fused<K> {
     type Output = ();
     #[inline(always)]
@@ -85,6 +89,8 @@ impl Isa {
                 }
             }
         }
+        #[cfg(target_arch = "aarch64")]
+        all.push(Isa(Level::Neon));
         all
     }
 
@@ -93,7 +99,7 @@ impl Isa {
         Isa::all().into_iter().find(|isa| isa.name() == name)
     }
 
-    /// `baseline`, `avx2` or `avx512`.
+    /// `baseline`, `avx2`, `avx512` or `neon`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Level::Baseline => "baseline",
@@ -101,6 +107,8 @@ impl Isa {
             Level::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => "neon",
         }
     }
 
@@ -117,6 +125,8 @@ impl Isa {
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             Level::Baseline => run_baseline(kernel),
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => run_baseline(kernel),
             // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
             // function is compiled for.
             #[cfg(target_arch = "x86_64")]
@@ -154,6 +164,8 @@ impl Isa {
             // SAFETY: as above; processors with AVX-512 have FMA.
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 if is_x86_feature_detected!("fma") => unsafe { run_avx512_fma(Fused(kernel)) },
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => run_baseline(Fused(kernel)),
             _ => kernel.plain(),
         }
     }
@@ -169,6 +181,8 @@ impl Isa {
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
             Level::Avx2 => unsafe { look_up_avx2(table, index, out) },
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => look_up_neon(table, index, out),
             Level::Baseline => look_up(table, index, out),
         }
     }
@@ -226,6 +240,31 @@ fn look_up_avx2(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
             let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(at));
             let found = _mm256_blendv_ps(first, second, is_high);
             _mm256_storeu_ps(to.as_mut_ptr().cast(), found);
+        }
+    }
+    look_up(table, index_rest, out_rest);
+}
+
+#[cfg(target_arch = "aarch64")]
+fn look_up_neon(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+    use std::arch::aarch64::{
+        vaddq_u32, vdupq_n_u32, vld1q_u8_x4, vld1q_u32, vminq_u32, vmulq_n_u32, vqtbl4q_u8,
+        vreinterpretq_u8_u32, vreinterpretq_u32_u8, vst1q_u32,
+    };
+    // SAFETY: the table has the 64 bytes that are read. Every processor with this architecture has the
+    // instructions of this function.
+    let words = unsafe { vld1q_u8_x4(table.as_ptr().cast()) };
+    let n = index.len().min(out.len());
+    let (index, index_rest) = index[..n].as_chunks::<4>();
+    let (out, out_rest) = out[..n].as_chunks_mut::<4>();
+    for (to, at) in out.iter_mut().zip(index) {
+        // SAFETY: both chunks have four words.
+        unsafe {
+            let at = vminq_u32(vld1q_u32(at.as_ptr()), vdupq_n_u32(15));
+            // The instruction selects bytes: the four of each word.
+            let bytes = vaddq_u32(vmulq_n_u32(at, 0x0404_0404), vdupq_n_u32(0x0302_0100));
+            let found = vqtbl4q_u8(words, vreinterpretq_u8_u32(bytes));
+            vst1q_u32(to.as_mut_ptr(), vreinterpretq_u32_u8(found));
         }
     }
     look_up(table, index_rest, out_rest);

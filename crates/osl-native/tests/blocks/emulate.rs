@@ -1,10 +1,9 @@
 //! An emulator of the few instructions used by blocks, written from the Intel 64 manual (volume 2), so that
-//! blocks can be tested on machines without them.
+//! blocks can be tested on machines without them. `neon` emulates those of aarch64.
 //!
-//! An independent decoder reads the code back, and every memory access is checked: code that reads or writes
-//! a word beyond the arrays and slots that it was promised fails here. This module must not know how code is
-//! made.
+//! An independent decoder reads the code back. This module must not know how code is made.
 
+use crate::memory::{CODE, MAX_STEPS, Memory, POINTERS, SLOTS};
 use iced_x86::{Decoder, DecoderOptions, Instruction, Mnemonic, OpKind, Register, RoundingControl};
 use osl_native::{Assembled, Target, Words};
 use std::collections::HashMap;
@@ -12,15 +11,6 @@ use std::ops::Range;
 
 /// 16 words; instructions on 8 set the others to 0.
 type Vector = [u32; 16];
-
-/// Addresses of the code, the pointers, the slots and the first array; each further array is this far from
-/// the previous.
-const CODE: u64 = 0x10_0000;
-const POINTERS: u64 = 0x1000_0000;
-const SLOTS: u64 = 0x2000_0000;
-const ARRAYS: u64 = 0x1_0000_0000;
-/// Maximum number of instructions per call.
-const MAX_STEPS: usize = 100_000_000;
 
 struct Machine<'a, 'w> {
     vectors: [Vector; 32],
@@ -30,27 +20,20 @@ struct Machine<'a, 'w> {
     general: [u64; 16],
     /// Flags of the last comparison: equal, and below.
     flags: (bool, bool),
-    code: &'a [u8],
-    pointers: Vec<u64>,
-    slots: Vec<u32>,
-    arrays: Vec<Words<'w>>,
+    memory: Memory<'a, 'w>,
     /// Perturbs the estimate of inverse roots, which is as inaccurate as permitted.
     noise: u32,
 }
 
 /// Runs the code on lanes of arrays as `Code::run` does, after its checks.
 pub(crate) fn run(target: Target, code: &Assembled, arrays: Vec<Words<'_>>, lanes: Range<usize>) {
-    let pointers = (0..arrays.len() as u64).map(|at| ARRAYS * (at + 1)).collect();
     let mut machine = Machine {
         vectors: [[0xDEAD_BEEF; 16]; 32],
         masks: [0xA5A5; 8],
         lanes: target.lanes(),
         general: [0xBAD_BAD_BAD; 16],
         flags: (false, false),
-        code: &code.bytes,
-        pointers,
-        slots: vec![0xDEAD_BEEF; code.slots * target.lanes()],
-        arrays,
+        memory: Memory::new(target, code, arrays),
         noise: 1,
     };
     let registers = [(Register::RDI, POINTERS), (Register::RSI, SLOTS)];
@@ -94,9 +77,8 @@ impl Machine<'_, '_> {
             }
             Mnemonic::Mov => {
                 let address = self.address(inst);
-                let pointer = ((address - POINTERS) / 8) as usize;
-                assert!((address - POINTERS).is_multiple_of(8) && inst.op1_kind() == OpKind::Memory);
-                self.general[inst.op0_register().number()] = self.pointers[pointer];
+                assert!(inst.op1_kind() == OpKind::Memory);
+                self.general[inst.op0_register().number()] = self.memory.pointer(address);
             }
             Mnemonic::Test => {
                 let [a, b] = [inst.op0_register(), inst.op1_register()].map(|r| self.general[r.number()]);
@@ -127,7 +109,7 @@ impl Machine<'_, '_> {
                 let word = u32::from(mask(self, 1));
                 let address = self.address(inst);
                 // Only half a word; slots hold nothing else in the other half.
-                self.write(address, word);
+                self.memory.write(address, word);
                 return;
             }
             _ => {}
@@ -138,7 +120,7 @@ impl Machine<'_, '_> {
             Mnemonic::Knotw => !mask(self, 1),
             _ => {
                 let address = self.address(inst);
-                self.read(address) as u16
+                self.memory.read(address) as u16
             }
         };
         self.masks[inst.op0_register().number()] = value;
@@ -150,7 +132,7 @@ impl Machine<'_, '_> {
             assert!(matches!(inst.mnemonic(), M::Vmovdqu32 | M::Vmovups), "{inst:?}");
             let address = self.address(inst);
             let from = self.vectors[inst.op1_register().number()];
-            (0..self.lanes).for_each(|lane| self.write(address + 4 * lane as u64, from[lane]));
+            (0..self.lanes).for_each(|lane| self.memory.write(address + 4 * lane as u64, from[lane]));
             return;
         }
         // The result is followed by one or two operands and, for some instructions, a byte.
@@ -209,7 +191,7 @@ impl Machine<'_, '_> {
         let single = inst.is_broadcast() || inst.mnemonic() == Mnemonic::Vbroadcastss;
         let mut words = [0; 16];
         for (lane, word) in words.iter_mut().take(self.lanes).enumerate() {
-            *word = self.read(if single { address } else { address + 4 * lane as u64 });
+            *word = self.memory.read(if single { address } else { address + 4 * lane as u64 });
         }
         words
     }
@@ -226,41 +208,6 @@ impl Machine<'_, '_> {
         base.wrapping_add(index).wrapping_add(inst.memory_displacement64())
     }
 
-    fn read(&mut self, address: u64) -> u32 {
-        assert!(address.is_multiple_of(4) || (CODE..POINTERS).contains(&address), "{address:x}");
-        match self.place(address) {
-            Place::Code(at) => u32::from_le_bytes(self.code[at..at + 4].try_into().unwrap()),
-            Place::Slot(at) => self.slots[at],
-            Place::Array(array, at) => match &self.arrays[array] {
-                Words::Write(words) => words[at],
-                Words::Read(words) => words[at],
-            },
-        }
-    }
-
-    fn write(&mut self, address: u64, word: u32) {
-        assert!(address.is_multiple_of(4), "{address:x}");
-        match self.place(address) {
-            Place::Slot(at) => self.slots[at] = word,
-            Place::Array(array, at) => match &mut self.arrays[array] {
-                Words::Write(words) => words[at] = word,
-                Words::Read(_) => panic!("array {array} may only be read"),
-            },
-            Place::Code(_) => panic!("the code writes itself"),
-        }
-    }
-
-    fn place(&self, address: u64) -> Place {
-        if (CODE..POINTERS).contains(&address) {
-            Place::Code((address - CODE) as usize)
-        } else if (SLOTS..ARRAYS).contains(&address) {
-            Place::Slot(((address - SLOTS) / 4) as usize)
-        } else {
-            assert!(address >= ARRAYS, "{address:x} is no memory for words");
-            Place::Array((address / ARRAYS - 1) as usize, (address % ARRAYS / 4) as usize)
-        }
-    }
-
     /// The inverse root of a positive float, with a relative error of up to `2^-14`.
     fn estimate(&mut self, x: u32) -> u32 {
         self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -268,14 +215,6 @@ impl Machine<'_, '_> {
         let x = f64::from(f32::from_bits(x));
         (((1.0 + off / f64::from(1 << 14)) / x.sqrt()) as f32).to_bits()
     }
-}
-
-/// The location of a word.
-enum Place {
-    Code(usize),
-    Slot(usize),
-    /// An array, and the index of the word in it.
-    Array(usize, usize),
 }
 
 /// One lane of an instruction that returns words.

@@ -11,7 +11,9 @@
 )]
 
 mod emulate;
+mod memory;
 mod model;
+mod neon;
 mod random;
 
 use model::{BINARY, COMPARE, INT_COMPARE, UNARY, alike, binary, compare, compare_ints, unary};
@@ -49,7 +51,11 @@ impl Held {
 fn emulated(target: Target, block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<Held> {
     let (code, mut held) = (target.assemble(block), arrays.to_vec());
     for range in ranges {
-        emulate::run(target, &code, held.iter_mut().map(Held::lend).collect(), range.clone());
+        let arrays = held.iter_mut().map(Held::lend).collect();
+        match target {
+            Target::Neon => neon::run(&code, arrays, range.clone()),
+            _ => emulate::run(target, &code, arrays, range.clone()),
+        }
     }
     held
 }
@@ -253,7 +259,7 @@ fn blocks_compute_no_more_than_is_stored() {
         let not_larger = block.not(larger);
         block.choose(not_larger, a, b)
     });
-    assert_eq!(smaller, sum, "it is the minimum");
+    assert_eq!(smaller, count(&|block, a, b| block.binary(Binary::Min, a, b)));
 }
 
 /// Compares roots of floats and their inverses with the processor's.
@@ -304,6 +310,55 @@ fn roots_are_exact_for_every_mantissa() {
 #[ignore = "all floats"]
 fn roots_are_exact_for_every_float() {
     check_roots(0..=u32::MAX);
+}
+
+/// Places whose addresses do not fit in an instruction, more arrays than have registers, and more constants
+/// than lie in memory.
+#[test]
+fn far_places_and_many_arrays_and_constants_are_reached() {
+    const PLACES: [u32; 8] = [0, 3, 1020, 1024, 16_380, 16_384, 40_001, 70_000];
+    let lanes = 2 * WIDEST;
+    let mut state = 0x2468_ACE1;
+    let mut block = Block::new();
+    let mut sum = block.bits(0);
+    let mut held = Vec::new();
+    let mut expected = vec![0_u32; lanes];
+    for _ in 0..20 {
+        let words: Vec<u32> = (0..70_000 + lanes).map(|_| next(&mut state)).collect();
+        let array = block.array();
+        for place in PLACES {
+            let fifteen = block.bits(15);
+            let index = block.binary(Binary::And, sum, fifteen);
+            let parts =
+                [block.lanes(array, place), block.word(array, place), block.look_up(array, place, index)];
+            for part in parts {
+                sum = block.binary(Binary::IntAdd, sum, part);
+            }
+            let place = place as usize;
+            for (lane, sum) in expected.iter_mut().enumerate() {
+                let picked = words[place + (*sum & 15) as usize];
+                *sum = sum.wrapping_add(words[place + lane]).wrapping_add(words[place]).wrapping_add(picked);
+            }
+        }
+        held.push(Held::Read(words));
+    }
+    for number in 0..5000_u32 {
+        let constant = number.wrapping_mul(0x9E37_79B9);
+        let value = block.bits(constant);
+        sum = block.binary(Binary::Xor, sum, value);
+        expected.iter_mut().for_each(|sum| *sum ^= constant);
+    }
+    let to = block.array();
+    // Those that do not overlap.
+    let stored = [3, 1024, 16_384, 40_001, 70_000];
+    stored.iter().for_each(|place| block.store(to, *place, sum, true));
+    held.push(Held::Write(vec![0; 70_000 + lanes]));
+    for (way, held) in each_way(&block, &held, std::slice::from_ref(&(0..lanes))) {
+        let out = held[20].words();
+        for place in stored {
+            assert_eq!(out[place as usize..][..lanes], expected, "{way}: {place}");
+        }
+    }
 }
 
 #[test]
