@@ -27,6 +27,7 @@ pub use bounds::{Reach, outputs, reaches};
 pub use filter::{Filter, FilterKind};
 pub use image::{Cheaper, Image, Shading, Tally};
 pub use max_error::{MaxError, PROMISED, max_error, max_error_each};
+pub(crate) use oracle::some_pixels;
 pub use oracle::{Check, Oracle, Watch, check, oracle};
 pub use pattern::{MAX_SAMPLES, Pattern};
 pub use points::SamplePoints;

@@ -131,7 +131,7 @@ pub fn check(planes: &[Vec<f32>], oracle: &Oracle, limits: &[f64], position: imp
 }
 
 /// Some of `count` pixels, in ascending order: spread at random, but the same on every call.
-pub(super) fn some_pixels(count: usize, wanted: usize, seed: u32) -> Vec<u32> {
+pub(crate) fn some_pixels(count: usize, wanted: usize, seed: u32) -> Vec<u32> {
     if wanted >= count {
         return (0..count as u32).collect();
     }

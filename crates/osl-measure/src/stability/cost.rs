@@ -12,7 +12,7 @@ const CALL: f64 = 50.0;
 const ROUNDS: f64 = 16.0;
 
 /// The cost of a body after the passes.
-pub(super) fn cost(body: &Body) -> f64 {
+pub(crate) fn cost(body: &Body) -> f64 {
     block(body, body.entry)
 }
 

@@ -7,7 +7,7 @@
 //! command line; [`text`] and [`html`] format a [`Report`].
 
 mod blame;
-mod cost;
+pub(crate) mod cost;
 mod examine;
 pub mod fix;
 pub mod html;

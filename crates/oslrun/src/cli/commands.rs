@@ -12,6 +12,7 @@ use super::fmt::FmtArgs;
 use super::frames::FrameArgs;
 use super::info::InfoArgs;
 use super::ir::IrArgs;
+use super::lod::LodArgs;
 use super::pages::{CompletionArgs, ManArgs};
 use super::preview::PreviewArgs;
 use super::render::RenderArgs;
@@ -73,6 +74,8 @@ pub(super) enum Command {
     Doc(DocArgs),
     /// Measure what more and fewer samples of a shader cost, and how large their errors are.
     Tradeoff(Box<TradeoffArgs>),
+    /// Write a shader that is simpler where a pixel covers much of its pattern: levels of detail by footprint.
+    Lod(Box<LodArgs>),
     /// Compare two images, two shaders, or two settings of a shader: where they differ, and by how much.
     Compare(Box<CompareArgs>),
     /// Write a page that shows the source of a shader, with a picture of each variable beside the line that

@@ -4,7 +4,7 @@
 //! This module must not know what the options mean.
 
 use super::commands::Cli;
-use super::{book, compare, sanitize, stability, studio};
+use super::{book, compare, lod, sanitize, stability, studio};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
@@ -31,7 +31,7 @@ const PICTURE: [&str; 18] = [
 ];
 
 /// The options of each command that have no effect in it, besides those for a picture.
-const COMMANDS: [(&str, &[&str]); 5] = [
+const COMMANDS: [(&str, &[&str]); 6] = [
     ("explain", &["stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
     (
         "stability",
@@ -57,6 +57,33 @@ const COMMANDS: [(&str, &[&str]); 5] = [
         ],
     ),
     ("tradeoff", &["stats", "histogram", "profile", "on"]),
+    (
+        lod::NAME,
+        &[
+            "outputs",
+            "time",
+            "global",
+            "userdata",
+            "attributes",
+            "stats",
+            "histogram",
+            "profile",
+            "threads",
+            "without_pass",
+            "on",
+            "displace",
+            "edge_pixels",
+            "level",
+            "catmull_clark",
+            "eye",
+            "group",
+            "layer",
+            "connect",
+            "shader_path",
+            "group_name",
+            "write",
+        ],
+    ),
     (
         book::NAME,
         &[
@@ -86,6 +113,7 @@ fn instead(command: &str, option: &str) -> &'static str {
         ("explain" | sanitize::NAME, "max_steps") => "; --limit running.trace=N has one",
         (book::NAME, "tap") => ": it has a picture of each variable",
         (book::NAME, "on") => ": it shows the grid",
+        (lod::NAME, "outputs") => ": the written shader keeps all outputs",
         (_, "on") => ": it examines the grid",
         ("tradeoff", "arithmetic") => ": it measures all kinds",
         ("tradeoff", "samples" | "shading_rate") => ": it measures several",
@@ -134,8 +162,12 @@ fn has_no_effect(command: &str, option: &str) -> bool {
         return LIVE.contains(&option);
     }
     let own = COMMANDS.iter().find(|(name, _)| *name == command);
-    let is_page = command == book::NAME && option == "output";
-    own.is_some_and(|(_, options)| (PICTURE.contains(&option) && !is_page) || options.contains(&option))
+    let is_own = match command {
+        book::NAME => option == "output",
+        lod::NAME => ["output", "samples"].contains(&option),
+        _ => false,
+    };
+    own.is_some_and(|(_, options)| (PICTURE.contains(&option) && !is_own) || options.contains(&option))
 }
 
 /// The message for the first option on the command line that has no effect in its command.
@@ -157,6 +189,7 @@ pub(super) fn command_line() -> clap::Command {
     let cli = Cli::command()
         .mut_subcommand(book::NAME, book::options_of_a_page)
         .mut_subcommand(compare::NAME, compare::options_of_a_comparison)
+        .mut_subcommand(lod::NAME, lod::own_options)
         .mut_subcommand(sanitize::NAME, sanitize::own_options)
         .mut_subcommand(stability::NAME, stability::own_options)
         .mut_subcommand(studio::NAME, studio::options_of_a_page);

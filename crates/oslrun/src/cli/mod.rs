@@ -41,6 +41,7 @@ mod json_lines;
 mod levels;
 mod limits;
 mod load;
+mod lod;
 mod map;
 mod misspelt;
 mod on;
@@ -177,6 +178,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
+        (Some(Command::Lod(args)), _) => lod::lod(&args, out, err),
         (Some(Command::Compare(compared)), _) => compare::compare(*compared, &args, out, err),
         (Some(Command::PictureBook(args)), _) => book::book(&args, out, err),
         (Some(Command::Studio(live)), _) => studio::studio(&live, &args, out),

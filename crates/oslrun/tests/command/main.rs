@@ -32,6 +32,7 @@ mod film;
 mod fmt;
 mod json;
 mod levels;
+mod lod;
 mod manners;
 mod networks;
 mod on;

@@ -11,8 +11,8 @@ mod judge;
 mod loops;
 mod matching;
 mod rows;
-mod source;
-mod term;
+pub(crate) mod source;
+pub(crate) mod term;
 pub mod text;
 mod writing;
 

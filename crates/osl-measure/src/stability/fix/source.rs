@@ -12,20 +12,20 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 /// An expression of the shader with its surroundings.
-pub(super) struct Site<'p> {
-    pub(super) expr: &'p Expr,
+pub(crate) struct Site<'p> {
+    pub(crate) expr: &'p Expr,
     /// Where a declaration can be inserted, so that it is computed just before the expression.
-    pub(super) before: Option<usize>,
+    pub(crate) before: Option<usize>,
     /// Whether it is the whole value of a statement or an argument, so that it needs no parentheses.
-    pub(super) is_whole: bool,
+    pub(crate) is_whole: bool,
     /// The target of `target op= value`, whose text is that of the whole expression.
-    pub(super) target: Option<Span>,
+    pub(crate) target: Option<Span>,
 }
 
 /// A shader and the facts about its variables.
-pub(super) struct Source<'p> {
-    pub(super) program: &'p Program,
-    pub(super) reader: Reader<'p>,
+pub(crate) struct Source<'p> {
+    pub(crate) program: &'p Program,
+    pub(crate) reader: Reader<'p>,
     /// The text without comments, strings and lines of the preprocessor, which are blank.
     bare: String,
     /// The value of each local that is declared with one.
@@ -43,8 +43,8 @@ pub(super) struct Source<'p> {
 /// Maximum number of variables that are opened in one expression.
 const OPENED: usize = 48;
 
-/// The statements within statements, with the expressions of each.
-fn own_exprs(stmt: &Stmt) -> Vec<&Expr> {
+/// The expressions of a statement, without those of the statements in it.
+pub(crate) fn own_exprs(stmt: &Stmt) -> Vec<&Expr> {
     fn init<'e>(value: &'e Init, out: &mut Vec<&'e Expr>) {
         match value {
             Init::Value(e) => out.push(e),
@@ -67,14 +67,14 @@ fn own_exprs(stmt: &Stmt) -> Vec<&Expr> {
 }
 
 /// Visits an expression and everything in it.
-fn each<'e>(e: &'e Expr, visit: &mut dyn FnMut(&'e Expr)) {
+pub(crate) fn each<'e>(e: &'e Expr, visit: &mut dyn FnMut(&'e Expr)) {
     visit(e);
     within(e).into_iter().for_each(|part| each(part, visit));
 }
 
 impl<'p> Source<'p> {
     /// Reads the facts of a shader with this text.
-    pub(super) fn new(program: &'p Program, text: &'p str) -> Source<'p> {
+    pub(crate) fn new(program: &'p Program, text: &'p str) -> Source<'p> {
         let mut source = Source {
             program,
             reader: Reader { text },
@@ -123,25 +123,31 @@ impl<'p> Source<'p> {
         }
     }
 
-    fn is_output(&self, id: FunctionId, index: usize) -> bool {
+    /// Whether the function may write this argument.
+    pub(crate) fn is_output(&self, id: FunctionId, index: usize) -> bool {
         let formals = self.program.functions.get(id.0 as usize).map(|f| &f.formals);
         let var =
             formals.and_then(|list| list.get(index)).and_then(|id| self.program.vars.get(id.0 as usize));
         var.is_none_or(|var| var.kind == VarKind::Formal { output: true })
     }
 
+    /// The text without comments, strings and lines of the preprocessor.
+    pub(crate) fn bare(&self) -> &str {
+        &self.bare
+    }
+
     /// Where a variable is written after its declaration.
-    pub(super) fn writes(&self, var: VarId) -> &[Span] {
+    pub(crate) fn writes(&self, var: VarId) -> &[Span] {
         self.writes.get(&var).map_or(&[], Vec::as_slice)
     }
 
     /// The value with which a local is declared.
-    pub(super) fn value(&self, var: VarId) -> Option<&'p Expr> {
+    pub(crate) fn value(&self, var: VarId) -> Option<&'p Expr> {
         self.values.get(&var).copied()
     }
 
     /// All expressions of the main file.
-    pub(super) fn sites(&self) -> Vec<Site<'p>> {
+    pub(crate) fn sites(&self) -> Vec<Site<'p>> {
         let mut out = Vec::new();
         for body in bodies(self.program) {
             each_stmt(body, &mut |stmt| {
@@ -187,7 +193,7 @@ impl<'p> Source<'p> {
     }
 
     /// Where the statement begins, if another statement may be put there.
-    pub(super) fn start(&self, stmt: &Stmt) -> Option<usize> {
+    pub(crate) fn start(&self, stmt: &Stmt) -> Option<usize> {
         if !matches!(
             stmt.kind,
             StmtKind::Expr(_)
@@ -231,7 +237,7 @@ impl<'p> Source<'p> {
     }
 
     /// The blanks before the first character of the line of a position.
-    pub(super) fn indent(&self, at: usize) -> &str {
+    pub(crate) fn indent(&self, at: usize) -> &str {
         let line = self.reader.text.get(..at).map_or(0, |before| before.rfind('\n').map_or(0, |n| n + 1));
         let rest = self.reader.text.get(line..).unwrap_or_default();
         let end = rest.len() - rest.trim_start_matches([' ', '\t']).len();
@@ -239,13 +245,13 @@ impl<'p> Source<'p> {
     }
 
     /// Whether only blanks precede a position in its line.
-    pub(super) fn is_first(&self, at: usize) -> bool {
+    pub(crate) fn is_first(&self, at: usize) -> bool {
         let before = self.reader.text.get(..at).unwrap_or_default();
         before.chars().rev().take_while(|c| *c != '\n').all(char::is_whitespace)
     }
 
     /// A name that the shader does not use yet.
-    pub(super) fn unused(&self, base: &str) -> String {
+    pub(crate) fn unused(&self, base: &str) -> String {
         let words: std::collections::BTreeSet<&str> =
             self.reader.text.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
         let mut names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
@@ -254,7 +260,7 @@ impl<'p> Source<'p> {
 
     /// Whether an expression at an earlier place has the same value at a later one: nothing that it reads is
     /// written in between, and its names mean the same.
-    pub(super) fn lasts(&self, e: &Expr, at: Span) -> bool {
+    pub(crate) fn lasts(&self, e: &Expr, at: Span) -> bool {
         // A loop around the later place, but not around the earlier one, comes back.
         let around = self.loops.iter().filter(|l| holds(**l, at) && !holds(**l, e.span));
         let end = around.map(|l| l.end).fold(at.start, u32::max);
@@ -291,7 +297,7 @@ impl<'p> Source<'p> {
     }
 
     /// The line, from 1, in which a span of the main file begins.
-    pub(super) fn line(&self, span: Span) -> Option<u32> {
+    pub(crate) fn line(&self, span: Span) -> Option<u32> {
         let at = span.start as usize;
         (at <= self.reader.text.len()).then(|| self.starts.partition_point(|start| *start <= at) as u32)
     }

@@ -33,13 +33,13 @@ pub(super) enum Head {
 }
 
 /// How tightly a text binds: a part that binds less than its place requires gets parentheses.
-pub(super) mod binds {
-    pub(in super::super) const LOOSE: u8 = 0;
-    pub(in super::super) const COMPARE: u8 = 1;
-    pub(in super::super) const SUM: u8 = 2;
-    pub(in super::super) const PRODUCT: u8 = 3;
-    pub(in super::super) const NEGATIVE: u8 = 4;
-    pub(in super::super) const WHOLE: u8 = 5;
+pub(crate) mod binds {
+    pub(crate) const LOOSE: u8 = 0;
+    pub(crate) const COMPARE: u8 = 1;
+    pub(crate) const SUM: u8 = 2;
+    pub(crate) const PRODUCT: u8 = 3;
+    pub(crate) const NEGATIVE: u8 = 4;
+    pub(crate) const WHOLE: u8 = 5;
 }
 
 /// An expression.
@@ -180,9 +180,9 @@ pub(super) fn negative(term: Term) -> Term {
 }
 
 /// Reads terms from the tree of a shader.
-pub(super) struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     /// The text of the main file, whose positions are its offsets.
-    pub(super) text: &'a str,
+    pub(crate) text: &'a str,
 }
 
 impl Reader<'_> {
@@ -206,7 +206,7 @@ impl Reader<'_> {
     }
 
     /// The text of an expression without parentheses around it, and how tightly it binds.
-    pub(super) fn source(&self, e: &Expr) -> Option<(String, u8)> {
+    pub(crate) fn source(&self, e: &Expr) -> Option<(String, u8)> {
         let written = self.text.get(e.span.start as usize..e.span.end as usize)?;
         if written.is_empty() || written.contains("//") || written.contains("/*") || written.contains('#') {
             return None;
@@ -313,7 +313,7 @@ fn stripped(mut text: &str) -> &str {
 }
 
 /// The expressions directly within an expression.
-pub(super) fn within(e: &Expr) -> Vec<&Expr> {
+pub(crate) fn within(e: &Expr) -> Vec<&Expr> {
     use osl_hir::hir::{Arg, Init, Lvalue, Step};
     fn place<'e>(place: &'e Lvalue, out: &mut Vec<&'e Expr>) {
         for step in &place.path {
@@ -432,7 +432,7 @@ fn of_tree(tree: &Ast, id: ast::ExprId, groups: bool) -> Option<Term> {
 }
 
 /// The word of a type for a declaration of a single number or triple.
-pub(super) fn word(ty: Type) -> Option<&'static str> {
+pub(crate) fn word(ty: Type) -> Option<&'static str> {
     if ty.is_array() {
         return None;
     }

@@ -1,0 +1,343 @@
+//! The errors of levels: reference values of pixels at each footprint, and how far a program is from them.
+//!
+//! There are two sets of points, at other positions and with other samples: levels are made and chosen on
+//! the first, and the second only judges them. A level counts as good if its mean square error is, with
+//! twice its standard error, not larger than that of the original, or below the tolerance. This module must
+//! not know what a level is made of.
+
+use super::ground::Ground;
+use crate::sample::{Filter, Oracle, Pattern, Shading, oracle, reaches};
+use crate::stability::cost::cost;
+use osl::stages::{self, Compiled};
+use osl_exec::{PointSource, RunError, RunOptions, Services};
+use osl_ir::global::Global;
+use osl_ir::ir::{Body, Inst, Kernel, Op};
+use osl_ir::passes;
+use osl_ir::types::Type;
+use osl_scene::Grid;
+use serde::Serialize;
+use std::ops::Range;
+
+/// The footprints that are measured: a pixel is so many times larger than in the given image.
+pub(super) const FOOTPRINTS: [f64; 9] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0];
+
+/// Pixels of each footprint.
+const PIXELS: usize = 1024;
+/// Smallest and largest number of samples of a reference value.
+const SAMPLES: (u32, u32) = (32, 128);
+/// The work of all reference values, in additions: it sets the number of samples, so that this number does
+/// not depend on the clock.
+const WORK: f64 = 4e9;
+/// What a lookup in a texture, or a value of Gabor noise, costs more than the cost model of the repairs says.
+const LOOKUP: f64 = 1500.0;
+/// Largest number of samples of the original that a level is compared with.
+pub(super) const MOST: u32 = 64;
+
+/// A compiled shader.
+pub(super) struct Variant {
+    pub(super) compiled: Compiled,
+    /// Its cost, in additions.
+    pub(super) cost: f64,
+    /// Number of lookups in textures and of values of Gabor noise, which take much longer than they cost.
+    lookups: usize,
+}
+
+impl Variant {
+    /// The work of a sample, in additions.
+    pub(super) fn work(&self) -> f64 {
+        self.cost + LOOKUP * self.lookups as f64
+    }
+}
+
+/// The set of points on which levels are made, and the one that judges them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Set {
+    Fitted,
+    HeldOut,
+}
+
+impl Set {
+    /// How many images it is away from the origin, its seed for pixels and for samples.
+    fn place(self, seed: u32) -> (f64, u32, u32) {
+        match self {
+            Set::Fitted => (0.0, seed.wrapping_mul(7) ^ 0x10d5, seed ^ 0x0a11),
+            Set::HeldOut => (1.61, seed.wrapping_mul(13) ^ 0x6e1d, seed ^ 0x0b22),
+        }
+    }
+}
+
+/// The surroundings of all runs.
+pub(super) struct Judge<'a> {
+    pub(super) services: &'a Services,
+    pub(super) options: &'a RunOptions,
+    pub(super) grid: &'a Grid,
+    pub(super) turned: Vec<Global>,
+    pub(super) seed: u32,
+    pub(super) outputs: Vec<Output>,
+    samples: u32,
+}
+
+/// An output of the shader.
+#[derive(Clone, Debug)]
+pub(super) struct Output {
+    pub(super) name: String,
+    pub(super) ty: Type,
+    pub(super) planes: Range<usize>,
+    /// The size of its range, of which errors are shares, and its ends.
+    pub(super) range: f64,
+    pub(super) ends: [f32; 2],
+}
+
+/// The reference values at a footprint.
+pub(super) struct Truth {
+    pub(super) footprint: f64,
+    set: Set,
+    ground: Ground,
+    oracle: Oracle,
+}
+
+/// A mean square error with its standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Square {
+    pub(super) mean: f64,
+    pub(super) uncertain: f64,
+}
+
+impl Square {
+    /// The largest root mean square that is likely: with two standard errors.
+    pub(super) fn limit(self) -> f64 {
+        (self.mean + 2.0 * self.uncertain).max(0.0).sqrt()
+    }
+
+    /// The root mean square.
+    pub(super) fn root(self) -> f64 {
+        self.mean.max(0.0).sqrt()
+    }
+
+    fn of(values: &[f64]) -> Square {
+        let count = values.len().max(2) as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
+        Square { mean, uncertain: (variance / count).sqrt() }
+    }
+}
+
+/// Squared errors: for each output, one for each pixel, as shares of the square of the output's range.
+#[derive(Clone, Debug)]
+pub(super) struct Off {
+    pub(super) squares: Vec<Vec<f64>>,
+    /// For each output, the mean square of the reference's own error.
+    own: Vec<f64>,
+}
+
+/// The root mean square error of each output and of all outputs together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Errors {
+    /// Of each output, as a share of its range, with two standard errors.
+    pub outputs: Vec<f64>,
+    /// Of all outputs together.
+    pub all: f64,
+}
+
+impl Off {
+    /// The mean square error of an output.
+    pub(super) fn output(&self, at: usize) -> Square {
+        let square = self.squares.get(at).map_or(Square::default(), |list| Square::of(list));
+        Square { mean: square.mean - self.own.get(at).copied().unwrap_or(0.0), ..square }
+    }
+
+    /// The mean square error of all outputs.
+    pub(super) fn all(&self) -> Square {
+        let count = self.squares.len().max(1) as f64;
+        let pixels = self.squares.first().map_or(0, Vec::len);
+        let sum = |pixel: usize| self.squares.iter().filter_map(|list| list.get(pixel)).sum::<f64>() / count;
+        let square = Square::of(&(0..pixels).map(sum).collect::<Vec<f64>>());
+        Square { mean: square.mean - self.own.iter().sum::<f64>() / count, ..square }
+    }
+
+    pub(super) fn errors(&self) -> Errors {
+        Errors {
+            outputs: (0..self.squares.len()).map(|at| self.output(at).limit()).collect(),
+            all: self.all().root(),
+        }
+    }
+
+    /// Whether the mean square error of an output is at least a fifth smaller than another one, beyond doubt.
+    pub(super) fn is_better(&self, other: &Off) -> bool {
+        self.squares.iter().zip(&other.squares).any(|(own, other)| {
+            let less: Vec<f64> = own.iter().zip(other).map(|(own, other)| own - 0.8 * other).collect();
+            let less = Square::of(&less);
+            less.mean + 2.0 * less.uncertain < 0.0
+        })
+    }
+
+    /// Whether the error of each output is not larger than another one's, or below a tolerance, beyond the
+    /// doubt of two standard errors.
+    pub(super) fn is_good(&self, other: &Off, tolerance: f64) -> bool {
+        self.squares.iter().zip(&other.squares).enumerate().all(|(at, (own, other))| {
+            let more: Vec<f64> = own.iter().zip(other).map(|(a, b)| a - b).collect();
+            let more = Square::of(&more);
+            more.mean + 2.0 * more.uncertain <= 0.0 || self.output(at).limit() <= tolerance
+        })
+    }
+}
+
+impl<'a> Judge<'a> {
+    /// Measures the ranges of the outputs and decides on the number of samples.
+    pub(super) fn new(
+        (services, options): (&'a Services, &'a RunOptions),
+        grid: &'a Grid,
+        (turned, seed): (Vec<Global>, u32),
+        original: Body,
+    ) -> Result<(Judge<'a>, Variant), RunError> {
+        let mut judge =
+            Judge { services, options, grid, turned, seed, outputs: Vec::new(), samples: SAMPLES.0 };
+        let variant = judge.variant(original);
+        let each = WORK / (2.0 * FOOTPRINTS.len() as f64 * PIXELS as f64 * variant.work().max(1.0));
+        judge.samples = 1 << (each.clamp(f64::from(SAMPLES.0), f64::from(SAMPLES.1)) as u32).ilog2();
+        judge.outputs = judge.ranges(&variant)?;
+        Ok((judge, variant))
+    }
+
+    /// The outputs with their ranges. An image with more of the pattern counts too, because the one at
+    /// footprint 1 may show less than a cell of it.
+    fn ranges(&self, original: &Variant) -> Result<Vec<Output>, RunError> {
+        let mut outputs: Vec<Output> = Vec::new();
+        for footprint in [1.0, 4.0, 16.0] {
+            let ground = self.ground(footprint, Set::Fitted);
+            let pattern = Pattern::new(1, self.seed);
+            let shading = self.shading(original, &ground, &pattern);
+            let planes = shading.planes();
+            for (at, mut reach) in reaches(&shading)?.into_iter().enumerate() {
+                let ty = planes.get(reach.planes.start).map_or(Type::FLOAT, |plane| plane.ty);
+                if let Some(own) = outputs.get(at) {
+                    reach.ends = [reach.ends[0].min(own.ends[0]), reach.ends[1].max(own.ends[1])];
+                }
+                let (name, range, ends) = (reach.name.to_string(), f64::from(reach.size()), reach.ends);
+                let output = Output { name, ty, range, ends, planes: reach.planes };
+                match outputs.get_mut(at) {
+                    Some(own) => *own = output,
+                    None => outputs.push(output),
+                }
+            }
+        }
+        Ok(outputs)
+    }
+
+    /// Compiles a body for the points.
+    pub(super) fn variant(&self, body: Body) -> Variant {
+        let ground = self.ground(1.0, Set::Fitted);
+        let options = passes::Options {
+            varying: ground.varying().to_vec(),
+            derivs: ground.varying_derivs().to_vec(),
+            limits: self.options.limits.clone(),
+            ..passes::Options::default()
+        };
+        let compiled = stages::finish(body, &options);
+        let cost = cost(&compiled.body);
+        let insts = compiled.body.blocks.iter().flat_map(|block| &block.insts);
+        let is_lookup = |inst: &&Inst| {
+            let Op::Kernel(kernel, _) = &inst.op else { return false };
+            matches!(
+                kernel,
+                Kernel::NamedNoise { .. }
+                    | Kernel::Texture { .. }
+                    | Kernel::Environment { .. }
+                    | Kernel::Volume { .. }
+            )
+        };
+        let lookups = insts.filter(is_lookup).count();
+        Variant { compiled, cost, lookups }
+    }
+
+    pub(super) fn ground(&self, footprint: f64, set: Set) -> Ground {
+        Ground::new(self.grid, footprint, set.place(self.seed).0 * footprint, &self.turned, self.seed)
+    }
+
+    pub(super) fn shading<'s>(
+        &'s self,
+        variant: &'s Variant,
+        ground: &'s Ground,
+        pattern: &Pattern,
+    ) -> Shading<'s> {
+        Shading {
+            program: &variant.compiled.program,
+            services: self.services,
+            surface: ground,
+            options: self.options,
+            cheaper: None,
+            pattern: pattern.clone(),
+            filter: Filter::default(),
+        }
+    }
+
+    /// The reference values of a footprint, from samples of the original.
+    pub(super) fn truth(&self, original: &Variant, footprint: f64, set: Set) -> Result<Truth, RunError> {
+        let ground = self.ground(footprint, set);
+        let (width, height) = (self.grid.width, self.grid.height);
+        let pixels = crate::sample::some_pixels(width * height, PIXELS, set.place(self.seed).1);
+        let pattern = Pattern::new(1, self.seed);
+        let oracle = oracle(&self.shading(original, &ground, &pattern), &pixels, self.samples)?;
+        Ok(Truth { footprint, set, ground, oracle })
+    }
+
+    /// The errors of a program with a number of samples.
+    pub(super) fn off(&self, variant: &Variant, truth: &Truth, samples: u32) -> Result<Off, RunError> {
+        Ok(self.compare(&self.values(variant, truth, samples)?, truth))
+    }
+
+    /// The values of a program at the pixels of the reference.
+    fn values(&self, variant: &Variant, truth: &Truth, samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
+        let pattern = Pattern::new(samples, truth.set.place(self.seed).2);
+        self.shading(variant, &truth.ground, &pattern).chosen(&truth.oracle.pixels, samples)
+    }
+
+    /// The errors of planes of values.
+    pub(super) fn compare(&self, values: &[Vec<f32>], truth: &Truth) -> Off {
+        let pixels = truth.oracle.pixels.len();
+        let mut off = Off { squares: Vec::new(), own: Vec::new() };
+        for output in &self.outputs {
+            let mut squares = vec![0.0; pixels];
+            let mut own = 0.0;
+            let share = 1.0 / (output.range * output.range * output.planes.len().max(1) as f64);
+            for plane in output.planes.clone() {
+                let (Some(wanted), Some(doubt)) =
+                    (truth.oracle.values.get(plane), truth.oracle.errors.get(plane))
+                else {
+                    continue;
+                };
+                let values = values.get(plane);
+                for (at, square) in squares.iter_mut().enumerate() {
+                    let wanted = wanted.get(at).copied().map_or(f64::NAN, f64::from);
+                    let value = values.and_then(|list| list.get(at)).copied().map_or(f64::NAN, f64::from);
+                    let doubt = doubt.get(at).copied().map_or(f64::NAN, f64::from);
+                    if wanted.is_finite() && doubt.is_finite() {
+                        let error = if value.is_finite() { value - wanted } else { output.range };
+                        *square += error * error * share;
+                        own += doubt * doubt * share;
+                    }
+                }
+            }
+            off.squares.push(squares);
+            off.own.push(own / pixels.max(1) as f64);
+        }
+        off
+    }
+
+    /// The mean of each plane over reference values.
+    pub(super) fn means(&self, truths: &[&Truth]) -> Vec<f64> {
+        let planes = self.outputs.iter().map(|o| o.planes.end).max().unwrap_or(0);
+        let mean = |plane: usize| {
+            let lists = truths.iter().filter_map(|truth| truth.oracle.values.get(plane));
+            let values = lists.flatten().copied().filter(|x| x.is_finite()).map(f64::from);
+            let (sum, count) = values.fold((0.0, 0.0_f64), |(sum, n), x| (sum + x, n + 1.0));
+            sum / count.max(1.0)
+        };
+        (0..planes).map(mean).collect()
+    }
+
+    /// The number of pixels of a reference.
+    pub(super) fn samples(&self) -> u32 {
+        self.samples
+    }
+}

@@ -1,0 +1,231 @@
+//! Levels of detail of a shader: one source in which parts are replaced by their means where a pixel covers
+//! so much of the pattern that a sample of the original is a worse answer.
+//!
+//! `inputs` finds what the outputs depend on, `ground` makes points at larger footprints, `judge` measures
+//! errors there, `means`, `noise`, `edges` and `search` find the levels, and `write` writes the source. The levels are chosen
+//! on some points and judged on others. This module must not write files; [`text`] and [`html`] format a
+//! [`Report`].
+
+mod edges;
+mod frame;
+mod ground;
+mod html;
+mod inputs;
+mod judge;
+mod means;
+mod noise;
+mod report;
+mod search;
+mod text;
+mod write;
+
+pub use html::html;
+pub use inputs::Given;
+pub use judge::Errors;
+pub use report::{Front, Picture, Report, Row};
+pub use text::text;
+
+use crate::stability::fix::Build;
+use crate::stability::fix::source::Source;
+use frame::Frame;
+use inputs::Inputs;
+use judge::{FOOTPRINTS, Judge, Off, Set, Variant};
+use osl_exec::{RunError, RunOptions, Services};
+use osl_hir::hir::Program;
+use osl_ir::ir::Body;
+use osl_scene::Grid;
+use search::{Known, Search, known};
+use write::{Plan, Said};
+
+/// What to simplify.
+pub struct Request<'a> {
+    /// The text of the main file.
+    pub text: &'a str,
+    /// Its resolved program.
+    pub program: &'a Program,
+    /// Its lowered body for the given parameter values.
+    pub body: Body,
+    /// The values that were given for parameters.
+    pub given: &'a [Given],
+    /// Compiles a changed text for the same parameter values.
+    pub build: &'a Build<'a>,
+    /// The image at footprint 1.
+    pub grid: &'a Grid,
+    /// Files and spaces.
+    pub services: &'a Services,
+    /// Limits of all runs. If they end, what was found before is reported.
+    pub options: &'a RunOptions,
+    /// The number of samples of the original whose error a level must not exceed.
+    pub samples: u32,
+    /// An error up to which a level is good in any case, as a share of the range.
+    pub tolerance: f64,
+    /// Another number gives other points.
+    pub seed: u32,
+    /// Whether to make pictures.
+    pub pictures: bool,
+}
+
+/// Why there is no report.
+#[derive(Debug)]
+pub enum Stop {
+    /// The shader cannot be simplified, for this reason.
+    Refused(String),
+    /// A run ended early.
+    Run(RunError),
+}
+
+impl From<RunError> for Stop {
+    fn from(error: RunError) -> Stop {
+        Stop::Run(error)
+    }
+}
+
+/// Finds the levels of a shader and writes it with them.
+///
+/// # Errors
+/// No mean can stand for the outputs, or a run ended before anything was found.
+pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
+    let source = Source::new(request.program, request.text);
+    let inputs = Inputs::of(&source, request.given).map_err(Stop::Refused)?;
+    let frame = Frame::of(&source)
+        .ok_or_else(|| Stop::Refused("the body of the shader is not in the named file itself".to_string()))?;
+    let surroundings = (request.services, request.options);
+    let (judge, original) =
+        Judge::new(surroundings, request.grid, (inputs.turned.clone(), request.seed), request.body.clone())?;
+    if judge.outputs.is_empty() {
+        return Err(Stop::Refused("the shader has no outputs of numbers".to_string()));
+    }
+    let width = pixel_width(request, &source, &frame, &inputs, &judge)?;
+    let sets = |set| known(&judge, &original, &FOOTPRINTS, (set, request.samples));
+    let (fitted, held) = (sets(Set::Fitted)?, sets(Set::HeldOut)?);
+    let mut search = Search {
+        judge: &judge,
+        source: &source,
+        frame: &frame,
+        inputs: &inputs,
+        original: &original,
+        build: request.build,
+        samples: request.samples,
+        tolerance: request.tolerance,
+        fitted: &fitted,
+        held: &held,
+        width,
+        tried: 0,
+    };
+    let far = search.far()?;
+    let statements = means::statements(&source, &frame);
+    let statements = means::measured(statements, &source, &frame, &judge, request.build)?;
+    let inner = search.inner(far.as_ref())?;
+    let near = search.near(&statements, (&inner, far.as_ref()))?;
+    let found = settle(request, &search, Plan { inner, near, far }, width)?;
+    Ok(report::report(request, &search, found, width))
+}
+
+/// The levels that hold in the written shader.
+pub(super) struct Found {
+    plan: Plan,
+    text: String,
+    written: Variant,
+    /// For each level the largest error from there on, and that of the original.
+    errors: Vec<[f64; 2]>,
+}
+
+/// Writes the shader and checks it; levels that do not hold begin later or are dropped.
+fn settle(
+    request: &Request<'_>,
+    search: &Search<'_, '_>,
+    mut plan: Plan,
+    width: f64,
+) -> Result<Option<Found>, Stop> {
+    while !plan.is_empty() {
+        let none = vec![[0.0; 2]; plan.near.len() + 1];
+        let text = written(request, search, &plan, (width, &none))?;
+        let Some(built) = (request.build)(&text, false) else {
+            return Err(Stop::Refused("the written shader does not compile; this is a bug of oslrun".into()));
+        };
+        let written_now = search.judge.variant(built.plain);
+        match search.check(&written_now, &plan)? {
+            Ok(()) => {
+                let errors = stated(search, &written_now, &plan)?;
+                let text = written(request, search, &plan, (width, &errors))?;
+                return Ok(Some(Found { plan, text, written: written_now, errors }));
+            }
+            Err(None) => plan.inner = write::Inner::default(),
+            Err(Some(level)) if level < plan.near.len() => {
+                plan.near.truncate(level);
+            }
+            Err(Some(_)) => {
+                let next = |full: f64| FOOTPRINTS.into_iter().find(|footprint| *footprint > full);
+                plan.far = plan.far.take().and_then(|far| Some(write::Far { full: next(far.full)?, ..far }));
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// The largest error of an output, with two standard errors, while each level is the last one; and that of
+/// the original.
+fn stated(search: &Search<'_, '_>, written: &Variant, plan: &Plan) -> Result<Vec<[f64; 2]>, RunError> {
+    let fulls: Vec<f64> =
+        plan.near.iter().map(|near| near.full).chain(plan.far.iter().map(|far| far.full)).collect();
+    let mut errors = vec![[0.0_f64; 2]; fulls.len()];
+    let worst = |off: &Off| off.errors().outputs.into_iter().fold(0.0, f64::max);
+    for known in search.held.iter().chain(search.fitted) {
+        let own = worst(&search.judge.off(written, &known.truth, search.samples)?);
+        let original = worst(&known.original);
+        for (at, error) in errors.iter_mut().enumerate() {
+            let next = fulls.get(at + 1).copied().unwrap_or(f64::INFINITY);
+            let from = fulls.get(at).copied().unwrap_or(0.0);
+            if known.truth.footprint >= from && known.truth.footprint < next {
+                *error = [error[0].max(own), error[1].max(original)];
+            }
+        }
+    }
+    Ok(errors)
+}
+
+fn written(
+    request: &Request<'_>,
+    search: &Search<'_, '_>,
+    plan: &Plan,
+    (width, errors): (f64, &[[f64; 2]]),
+) -> Result<String, Stop> {
+    let largest = width * FOOTPRINTS.last().copied().unwrap_or(1.0);
+    let given = !request.given.is_empty();
+    let said = Said { errors, samples: request.samples, given, largest };
+    write::write(search.source, search.frame, search.inputs, plan, (width, &said))
+        .ok_or_else(|| Stop::Refused("the source cannot be changed at these places".to_string()))
+}
+
+/// The width of a pixel in the shader's coordinate at footprint 1.
+fn pixel_width(
+    request: &Request<'_>,
+    source: &Source<'_>,
+    frame: &Frame,
+    inputs: &Inputs,
+    judge: &Judge<'_>,
+) -> Result<f64, Stop> {
+    let refused =
+        || Stop::Refused("the width of a pixel in the shader's coordinate is not known".to_string());
+    let (text, output) = write::probe(source, frame, inputs).ok_or_else(refused)?;
+    let built = (request.build)(&text, false).ok_or_else(refused)?;
+    let variant = judge.variant(built.plain);
+    let ground = judge.ground(1.0, Set::Fitted);
+    let pattern = crate::sample::Pattern::new(1, request.seed);
+    let shading = judge.shading(&variant, &ground, &pattern);
+    let plane = shading.planes().iter().position(|plane| *plane.output == *output).ok_or_else(refused)?;
+    let pixels = crate::sample::some_pixels(request.grid.width * request.grid.height, 256, request.seed);
+    let values = shading.chosen(&pixels, 1)?;
+    let mut widths = values.get(plane).cloned().unwrap_or_default();
+    widths.sort_by(f32::total_cmp);
+    let middle = widths.get(widths.len() / 2).copied().map_or(0.0, f64::from);
+    (middle > 0.0 && middle.is_finite()).then_some(middle).ok_or_else(refused)
+}
+
+/// The measured footprints that a report shows.
+const SHOWN: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
+
+/// What is known of a footprint on the points that were held out.
+fn at(held: &[Known], footprint: f64) -> Option<&Known> {
+    held.iter().find(|known| known.truth.footprint == footprint)
+}

@@ -1,0 +1,388 @@
+//! The report on a shader with levels: errors and times at each footprint, the fronts of what is cheap and
+//! close, and pictures.
+//!
+//! Errors are those of the points that were held out. Times are the only numbers here that depend on the
+//! clock. This module must not know how levels are found.
+
+use super::ground::Ground;
+use super::judge::{Errors, MOST, Output, Set, Variant};
+use super::search::{Known, Search};
+use super::write::BEGIN;
+use super::{Found, Request, SHOWN, at};
+use crate::sample::Pattern;
+use osl_exec::RunError;
+use osl_scene::Grid;
+use serde::Serialize;
+use std::time::Instant;
+
+/// The result.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The shader.
+    pub name: String,
+    /// The coordinate whose filter width says how large a pixel is.
+    pub coordinate: String,
+    /// The width of a pixel in it at footprint 1.
+    pub width: f64,
+    /// The number of samples of the original whose error a level must not exceed.
+    pub samples: u32,
+    /// The error up to which a level is good in any case, as a share of the range.
+    pub tolerance: f64,
+    /// The seed of the points.
+    pub seed: u32,
+    /// Samples of each reference value.
+    pub reference_samples: u32,
+    /// The outputs.
+    pub outputs: Vec<String>,
+    /// The cost of the original, in additions.
+    pub cost: f64,
+    /// Number of calls of noise that fade to the mean of the noise.
+    pub faded_noise: usize,
+    /// The widths of a pixel between which they fade, in cells of the noise.
+    pub noise_widths: [String; 2],
+    /// Number of edges that become softer.
+    pub soft_edges: usize,
+    /// The levels, the nearest first; empty if nothing simpler holds.
+    pub levels: Vec<Level>,
+    /// Errors and times by footprint.
+    pub rows: Vec<Row>,
+    /// Number of changed sources that were tried.
+    pub tried: usize,
+    /// Whether the time was over before everything was measured.
+    pub cut_short: bool,
+    /// The written source, if there are levels.
+    #[serde(skip)]
+    pub text: Option<String>,
+    /// Pictures, if they were requested.
+    #[serde(skip)]
+    pub pictures: Vec<Picture>,
+}
+
+/// A level.
+#[derive(Clone, Debug, Serialize)]
+pub struct Level {
+    /// What it replaces.
+    pub replaces: Vec<String>,
+    /// The width of a pixel at which it begins to fade in, and at which it is complete.
+    pub widths: [f64; 2],
+    /// The footprint at which it is complete.
+    pub footprint: f64,
+    /// Its cost alone, in additions.
+    pub cost: f64,
+    /// The largest root mean square error of an output from there on, with two standard errors, up to the
+    /// next level.
+    pub error: f64,
+    /// The same of the original.
+    pub original_error: f64,
+}
+
+/// A footprint.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// How many times larger a pixel is than in the given image.
+    pub footprint: f64,
+    /// The width of a pixel in the coordinate.
+    pub width: f64,
+    /// The errors of the original with one sample.
+    pub original: Errors,
+    /// The errors of the written shader with one sample.
+    pub written: Errors,
+    /// The number of samples with which the original has the same error over all outputs. The original was
+    /// measured with up to [`Row::most`] samples. An error up to the tolerance is equal to that of one sample
+    /// at least.
+    pub equal_samples: f64,
+    /// The largest number of samples that was measured.
+    pub most: u32,
+    /// Nanoseconds of a sample: of the original and of the written shader; empty if the time was over.
+    pub ns: Option<[f64; 2]>,
+    /// How many times less time the written shader takes than the original at the same error.
+    pub cheaper: Option<f64>,
+    /// What was compared here: the original with some numbers of samples, and each level alone.
+    pub front: Vec<Front>,
+}
+
+/// A way to compute the outputs at a footprint.
+#[derive(Clone, Debug, Serialize)]
+pub struct Front {
+    /// Its name.
+    pub name: String,
+    /// Its cost, in additions.
+    pub cost: f64,
+    /// Its root mean square error over all outputs.
+    pub error: f64,
+    /// Whether nothing else is as cheap and as close, or better.
+    pub is_best: bool,
+}
+
+/// Pictures of an output at a footprint, side by side.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// The output.
+    pub output: String,
+    /// The footprint.
+    pub footprint: f64,
+    /// Pixels per row, and number of rows.
+    pub size: usize,
+    /// Many samples, one sample of the original, and one of the written shader: for each one or three
+    /// planes with values from 0 to 1.
+    pub images: [Vec<Vec<f32>>; 3],
+}
+
+/// Columns and rows of an image that is timed.
+const TIMED: usize = 128;
+/// How often each program is timed: at least and at most, and the work of all turns, in additions.
+const TURNS: (f64, f64) = (5.0, 60.0);
+const WORK: f64 = 1e9;
+/// Columns and rows of a picture.
+const PICTURE: usize = 96;
+/// Maximum number of outputs with pictures.
+const SHOWN_OUTPUTS: usize = 4;
+/// Samples of the first picture.
+pub(super) const MANY: u32 = 32;
+
+pub(super) fn report(
+    request: &Request<'_>,
+    search: &Search<'_, '_>,
+    found: Option<Found>,
+    width: f64,
+) -> Report {
+    let mut report = Report {
+        name: request.program.shader.name.to_string(),
+        coordinate: search.inputs.coordinate.name().to_string(),
+        width,
+        samples: request.samples,
+        tolerance: request.tolerance,
+        seed: request.seed,
+        reference_samples: search.judge.samples(),
+        outputs: search.judge.outputs.iter().map(|output| output.name.clone()).collect(),
+        cost: search.original.cost,
+        faded_noise: 0,
+        noise_widths: Default::default(),
+        soft_edges: 0,
+        levels: Vec::new(),
+        rows: Vec::new(),
+        tried: search.tried,
+        cut_short: false,
+        text: None,
+        pictures: Vec::new(),
+    };
+    let Some(found) = found else { return report };
+    report.faded_noise = found.plan.inner.calls;
+    report.noise_widths = found.plan.inner.fade.clone();
+    report.soft_edges = found.plan.inner.edges;
+    // If the time is over, what is known so far is reported.
+    report.cut_short = rest(request, search, &found, &mut report).is_err();
+    report.text = Some(found.text);
+    report
+}
+
+fn rest(
+    request: &Request<'_>,
+    search: &Search<'_, '_>,
+    found: &Found,
+    report: &mut Report,
+) -> Result<(), RunError> {
+    let alone = levels(search, found, report);
+    for footprint in SHOWN {
+        if let Some(known) = at(search.held, footprint) {
+            report.rows.push(row(search, found, (known, &alone), report.width)?);
+        }
+    }
+    for row in &mut report.rows {
+        let ns = time(search, found, row.footprint)?;
+        row.ns = Some(ns);
+        row.cheaper = Some(row.equal_samples * ns[0] / ns[1].max(1e-3));
+    }
+    if request.pictures {
+        pictures(search, found, report)?;
+    }
+    Ok(())
+}
+
+/// A level alone: at every footprint.
+enum Alone {
+    Program(Variant),
+    Constant(Vec<f64>),
+}
+
+fn levels(search: &Search<'_, '_>, found: &Found, report: &mut Report) -> Vec<(String, Alone)> {
+    let mut alone = Vec::new();
+    let mut taken = Vec::new();
+    let plan = &found.plan;
+    let mut push = |replaces: Vec<String>, full: f64, cost: f64| {
+        let [error, original_error] = found.errors.get(report.levels.len()).copied().unwrap_or_default();
+        let widths = [report.width * full * BEGIN, report.width * full];
+        report.levels.push(Level { replaces, widths, footprint: full, cost, error, original_error });
+    };
+    for near in &plan.near {
+        taken.extend(&near.statements);
+        let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text, false));
+        let Some(built) = built else { continue };
+        let variant = search.judge.variant(built.plain);
+        push(near.statements.iter().map(|own| own.name.clone()).collect(), near.full, variant.cost);
+        alone.push((format!("level {}", alone.len() + 1), Alone::Program(variant)));
+    }
+    if let Some(far) = &plan.far {
+        push(far.means.iter().map(|mean| mean.name.clone()).collect(), far.full, far.planes.len() as f64);
+        alone.push((format!("level {}", alone.len() + 1), Alone::Constant(far.planes.clone())));
+    }
+    alone
+}
+
+fn row(
+    search: &Search<'_, '_>,
+    found: &Found,
+    (known, alone): (&Known, &[(String, Alone)]),
+    width: f64,
+) -> Result<Row, RunError> {
+    let judge = search.judge;
+    let footprint = known.truth.footprint;
+    let most = MOST.min(2 * judge.samples());
+    let mut curve = Vec::new();
+    let mut front = Vec::new();
+    let mut samples = 1;
+    let mut first = None;
+    while samples <= most {
+        let off = judge.off(search.original, &known.truth, samples)?;
+        let square = off.all().mean.max(0.0);
+        curve.push((f64::from(samples), square));
+        let name = if samples == 1 { "original".to_string() } else { format!("original, {samples} samples") };
+        if samples.trailing_zeros() % 2 == 0 {
+            let cost = search.original.cost * f64::from(samples);
+            front.push(Front { name, cost, error: square.sqrt(), is_best: false });
+        }
+        first.get_or_insert(off);
+        samples *= 2;
+    }
+    let written = judge.off(&found.written, &known.truth, 1)?;
+    let mut equal_samples = equal(&curve, written.all().mean.max(0.0));
+    if written.all().root() <= search.tolerance {
+        equal_samples = equal_samples.max(1.0);
+    }
+    for (name, way) in alone {
+        let (off, cost) = match way {
+            Alone::Program(variant) => (judge.off(variant, &known.truth, 1)?, variant.cost),
+            Alone::Constant(planes) => (search.constant(planes, known), planes.len() as f64),
+        };
+        front.push(Front { name: name.clone(), cost, error: off.all().root(), is_best: false });
+    }
+    let is_best = |own: &Front| {
+        !front.iter().any(|other| {
+            other.cost <= own.cost
+                && other.error <= own.error
+                && (other.cost < own.cost || other.error < own.error)
+        })
+    };
+    let best: Vec<bool> = front.iter().map(is_best).collect();
+    front.iter_mut().zip(best).for_each(|(own, is)| own.is_best = is);
+    let original = first.as_ref().unwrap_or(&known.original).errors();
+    Ok(Row {
+        footprint,
+        width: width * footprint,
+        original,
+        equal_samples,
+        written: written.errors(),
+        most,
+        ns: None,
+        cheaper: None,
+        front,
+    })
+}
+
+/// The number of samples with which the original has a mean square error, from a curve of such errors. It is
+/// interpolated between measured numbers, and below one sample the error falls with their number.
+fn equal(curve: &[(f64, f64)], square: f64) -> f64 {
+    let Some((_, first)) = curve.first().copied() else { return 1.0 };
+    if square >= first {
+        // Equal errors, and both 0, are one sample.
+        return if square > 0.0 { first / square } else { 1.0 };
+    }
+    for pair in curve.windows(2) {
+        let [(few, high), (many, low)] = pair else { continue };
+        if square >= *low && high > low {
+            let share = (high - square) / (high - low);
+            return few + share * (many - few);
+        }
+    }
+    curve.last().map_or(1.0, |(samples, _)| *samples)
+}
+
+/// The smallest times of a sample at a footprint, measured in turns: other work on the machine only adds.
+fn time(search: &Search<'_, '_>, found: &Found, footprint: f64) -> Result<[f64; 2], RunError> {
+    let judge = search.judge;
+    let grid = enlarged(judge.grid, TIMED);
+    // Without random directions, which would take longer than many shaders.
+    let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed);
+    let pattern = Pattern::new(1, judge.seed);
+    let mut times = [Vec::new(), Vec::new()];
+    let turns = WORK / ((TIMED * TIMED) as f64 * search.original.work().max(1.0));
+    for turn in 0..=turns.clamp(TURNS.0, TURNS.1) as usize {
+        for (list, variant) in times.iter_mut().zip([search.original, &found.written]) {
+            let shading = judge.shading(variant, &ground, &pattern);
+            let started = Instant::now();
+            shading.rows(0..TIMED, 1)?;
+            // The first turn loads textures.
+            if turn > 0 {
+                list.push(1e9 * started.elapsed().as_secs_f64() / (TIMED * TIMED) as f64);
+            }
+        }
+    }
+    Ok(times.map(|list| list.into_iter().fold(f64::INFINITY, f64::min)))
+}
+
+/// A grid with more or fewer pixels of the same size.
+fn enlarged(grid: &Grid, size: usize) -> Grid {
+    let mut scale = grid.scale;
+    for (scale, n) in scale.iter_mut().zip([grid.width, grid.height]) {
+        let steps = |n: usize| if grid.center { n } else { n.saturating_sub(1).max(1) } as f32;
+        *scale *= steps(size) / steps(n);
+    }
+    Grid { width: size, height: size, scale, ..grid.clone() }
+}
+
+fn pictures(search: &Search<'_, '_>, found: &Found, report: &mut Report) -> Result<(), RunError> {
+    let judge = search.judge;
+    let grid = enlarged(judge.grid, PICTURE);
+    for footprint in SHOWN {
+        let place = judge.ground(footprint, Set::HeldOut);
+        let ground = Ground::new(&grid, footprint, 0.0, &judge.turned, judge.seed);
+        let ground = ground.moved_to(&place);
+        let pattern = Pattern::new(MANY, judge.seed);
+        let image = |variant: &Variant, samples: u32| -> Result<Vec<Vec<f32>>, RunError> {
+            let shading = judge.shading(variant, &ground, &pattern);
+            let image = shading.rows(0..PICTURE, samples)?;
+            Ok(image.frame.planes.iter().map(|plane| plane.floats()).collect())
+        };
+        let images = [image(search.original, MANY)?, image(search.original, 1)?, image(&found.written, 1)?];
+        for output in judge.outputs.iter().take(SHOWN_OUTPUTS) {
+            let images = images.each_ref().map(|planes| shown(output, planes));
+            report.pictures.push(Picture { output: output.name.clone(), footprint, size: PICTURE, images });
+        }
+    }
+    Ok(())
+}
+
+/// The planes of an output, so that its range is 0 to 1, except colors, which are shown as they are.
+fn shown(output: &Output, planes: &[Vec<f32>]) -> Vec<Vec<f32>> {
+    let is_color = output.ty == osl_ir::types::Type::COLOR;
+    let [low, high] = if is_color { [0.0, 1.0] } else { output.ends };
+    let scale = 1.0 / (high - low).max(1e-30);
+    let one = |plane: &Vec<f32>| plane.iter().map(|x| ((x - low) * scale).clamp(0.0, 1.0)).collect();
+    planes.get(output.planes.clone()).unwrap_or(&[]).iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_numbers_of_samples_are_interpolated() {
+        let curve = [(1.0, 0.4), (2.0, 0.2), (4.0, 0.1)];
+        assert_eq!(equal(&curve, 0.4), 1.0);
+        assert_eq!(equal(&curve, 0.8), 0.5);
+        assert!((equal(&curve, 0.3) - 1.5).abs() < 1e-9);
+        assert!((equal(&curve, 0.15) - 3.0).abs() < 1e-9);
+        assert_eq!(equal(&curve, 0.0), 4.0);
+        assert_eq!(equal(&[(1.0, 0.0)], 0.0), 1.0);
+    }
+}

@@ -1,0 +1,425 @@
+//! Writes the shader with its levels: the source as it is, with a switch around its body and fades in it.
+//!
+//! This module must not know how levels are found or judged.
+
+use super::frame::{Frame, applied};
+use super::inputs::{Coordinate, Inputs};
+use super::means::Statement;
+use crate::stability::fix::source::Source;
+use osl_syntax::diagnostic::Edit;
+
+/// A mean for an output.
+#[derive(Clone, Debug)]
+pub(super) struct Mean {
+    pub(super) name: String,
+    pub(super) text: String,
+    /// An int cannot be blended.
+    pub(super) is_int: bool,
+}
+
+/// All outputs are replaced by their means.
+#[derive(Clone, Debug)]
+pub(super) struct Far {
+    /// The footprint from which on nothing of the body runs.
+    pub(super) full: f64,
+    pub(super) means: Vec<Mean>,
+    /// The means as numbers, for each plane of the outputs.
+    pub(super) planes: Vec<f64>,
+}
+
+/// Statements that are replaced by their means.
+#[derive(Clone, Debug)]
+pub(super) struct Near {
+    /// The footprint from which on they do not run.
+    pub(super) full: f64,
+    pub(super) statements: Vec<Statement>,
+}
+
+/// Changes that depend on the width of a pixel and stay in place at every footprint.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Inner {
+    /// Number of calls of noise that fade.
+    pub(super) calls: usize,
+    /// The widths of a pixel between which they fade, in cells of the noise.
+    pub(super) fade: [String; 2],
+    /// Number of edges that become softer.
+    pub(super) edges: usize,
+    /// All changes, in order.
+    pub(super) edits: Vec<Edit>,
+    /// The cost of the shader with them.
+    pub(super) cost: f64,
+}
+
+impl Inner {
+    pub(super) fn is_empty(&self) -> bool {
+        self.edits.is_empty()
+    }
+
+    /// The edits that are not in one of these statements.
+    pub(super) fn outside(&self, list: &[&Statement]) -> Vec<Edit> {
+        let inside = |edit: &Edit| {
+            let holds = |own: &&Statement| own.span.start <= edit.span.start && edit.span.end <= own.span.end;
+            list.iter().any(holds)
+        };
+        self.edits.iter().filter(|edit| !inside(edit)).cloned().collect()
+    }
+}
+
+/// What is replaced from which footprint on.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Plan {
+    pub(super) inner: Inner,
+    pub(super) near: Vec<Near>,
+    pub(super) far: Option<Far>,
+}
+
+impl Plan {
+    pub(super) fn is_empty(&self) -> bool {
+        self.near.is_empty() && self.far.is_none() && self.inner.is_empty()
+    }
+}
+
+/// A fade begins at this share of the footprint at which it is complete.
+pub(super) const BEGIN: f64 = 0.5;
+
+/// What the comment says of a level: the footprint and its error, as a share of the range.
+pub(super) struct Said<'a> {
+    /// For each near level, and then for the far one: the largest error from there on, and that of the
+    /// original.
+    pub(super) errors: &'a [[f64; 2]],
+    /// The number of samples of the original.
+    pub(super) samples: u32,
+    /// Values that were given for parameters, if they were.
+    pub(super) given: bool,
+    /// The largest measured width.
+    pub(super) largest: f64,
+}
+
+/// The source with its levels.
+pub(super) fn write(
+    source: &Source<'_>,
+    frame: &Frame,
+    inputs: &Inputs,
+    plan: &Plan,
+    (width, said): (f64, &Said<'_>),
+) -> Option<String> {
+    let text = source.reader.text;
+    let writer = Writer::new(source, inputs, plan, width);
+    let replaced: Vec<&Statement> = plan.near.iter().flat_map(|near| &near.statements).collect();
+    let mut edits = plan.inner.outside(&replaced);
+    if plan.near.is_empty() && plan.far.is_none() && plan.inner.edges == 0 {
+        return applied(text, (0, text.len()), &edits);
+    }
+    for (near, fade) in plan.near.iter().zip(&writer.fades) {
+        for own in &near.statements {
+            let value = applied(text, (own.value.start as usize, own.value.end as usize), &plan.inner.edits)?;
+            edits.push(writer.faded(source, own, (&value, fade)));
+        }
+    }
+    let body = applied(text, (frame.open, frame.close), &edits)?;
+    let before = applied(text, (0, frame.open), &edits)?;
+    let after = applied(text, (frame.close, text.len()), &edits)?;
+    let head = writer.head(inputs, plan, said);
+    let Some(far) = &plan.far else {
+        return Some(format!("{before}\n{head}\n{}{after}", opened(&body)));
+    };
+    if inputs.leaves {
+        let left = writer.left(inputs, far, &head);
+        return Some(format!("{before}\n{left}\n{}{after}", opened(&body)));
+    }
+    let indent = INDENT;
+    let tail = writer.tail(far);
+    let name = &writer.far;
+    let inner = indented(&body);
+    Some(format!("{before}\n{head}\n{indent}if ({name} < 1) {{\n{inner}{indent}}}\n{tail}{after}"))
+}
+
+/// The source with another output, which is the width of a pixel.
+pub(super) fn probe(source: &Source<'_>, frame: &Frame, inputs: &Inputs) -> Option<(String, String)> {
+    let output = source.unused("probe");
+    let plan = Plan::default();
+    let writer = Writer::new(source, inputs, &plan, 1.0);
+    let lines = writer.pixel(inputs);
+    let open = osl_syntax::span::Span::new(frame.open as u32, frame.open as u32);
+    let edits = [
+        frame.outputs(&[format!("float {output} = 0")]),
+        Edit { span: open, text: format!("\n{lines}{INDENT}{output} = {};\n", writer.pixel) },
+    ];
+    Some((osl_syntax::repair::apply(source.reader.text, &edits)?, output))
+}
+
+const INDENT: &str = "    ";
+/// Maximum columns of a written line.
+const COLUMNS: usize = 100;
+
+/// The names of the new variables, and the widths of pixels.
+struct Writer {
+    size: String,
+    pixel: String,
+    far: String,
+    fades: Vec<String>,
+    soft: String,
+    /// The width of a pixel at footprint 1.
+    width: f64,
+}
+
+/// The name of the variable by which edges become softer.
+pub(super) fn soft(source: &Source<'_>) -> String {
+    source.unused("soft")
+}
+
+impl Writer {
+    fn new(source: &Source<'_>, _: &Inputs, plan: &Plan, width: f64) -> Writer {
+        let fade = source.unused("fade");
+        let fades = match plan.near.len() {
+            0 | 1 => vec![fade; plan.near.len()],
+            n => (1..=n).map(|level| source.unused(&format!("fade{level}"))).collect(),
+        };
+        Writer {
+            size: source.unused("size"),
+            pixel: source.unused("pixel"),
+            far: source.unused("far"),
+            fades,
+            soft: soft(source),
+            width,
+        }
+    }
+
+    /// Statements that set the width of a pixel.
+    fn pixel(&self, inputs: &Inputs) -> String {
+        let (size, pixel) = (&self.size, &self.pixel);
+        match &inputs.coordinate {
+            Coordinate::Point(name) => format!(
+                "{INDENT}vector {size} = filterwidth({name});\n\
+                 {INDENT}float {pixel} = max({size}[0], max({size}[1], {size}[2]));\n"
+            ),
+            Coordinate::Uv => format!("{INDENT}float {pixel} = max(filterwidth(u), filterwidth(v));\n"),
+        }
+    }
+
+    /// The widths between which a level fades in. They are rounded so that nothing is replaced at the first
+    /// and everything at the second.
+    fn widths(&self, full: f64) -> [String; 2] {
+        [rounded(self.width * full * BEGIN, true), rounded(self.width * full, false)]
+    }
+
+    /// The comment and the fades.
+    fn head(&self, inputs: &Inputs, plan: &Plan, said: &Said<'_>) -> String {
+        let pixel = &self.pixel;
+        let mut text = format!(
+            "Levels of detail, made by oslrun lod. {pixel} is the width of a pixel in {}.",
+            inputs.coordinate.name()
+        );
+        let fulls = plan.near.iter().map(|near| near.full).chain(plan.far.iter().map(|far| far.full));
+        let names = self.fades.iter().chain(plan.far.iter().map(|_| &self.far));
+        for (((full, name), error), index) in fulls.zip(names).zip(said.errors).zip(0..) {
+            let what = if index == plan.near.len() { "all outputs" } else { "some values" };
+            let [percent, other] = error.map(percent);
+            let samples = super::text::samples(said.samples);
+            let has = if said.samples == 1 { "has" } else { "have" };
+            let [begin, end] = self.widths(full);
+            text += &if inputs.leaves && index == plan.near.len() {
+                format!(
+                    " From {end} on the outputs are their means: the root mean square error is at most \
+                     {percent} of an output's range there; {samples} of the original {has} up to {other}."
+                )
+            } else {
+                format!(
+                    " Between {begin} and {end}, {name} replaces {what} by their means: from there on the \
+                     root mean square error is at most {percent} of an output's range; {samples} of the \
+                     original {has} up to {other}."
+                )
+            };
+        }
+        if plan.inner.edges > 0 {
+            text += &format!(" {} widens edges in proportion to a pixel.", self.soft);
+        }
+        text += &format!(" Pixels were measured up to a width of {}.", rounded(said.largest, false));
+        if !inputs.guards.is_empty() {
+            let which = if said.given { "the parameter values below" } else { "the default parameters" };
+            text += &format!(" All this holds for {which}; with others, the original runs.");
+        }
+        let mut out = comment(&text);
+        out += &self.pixel(inputs);
+        if inputs.leaves && plan.near.is_empty() && plan.inner.edges == 0 {
+            return out;
+        }
+        let mut sets: Vec<String> = Vec::new();
+        if plan.inner.edges > 0 {
+            sets.push(format!("{} = max({pixel} - {}, 0);", self.soft, rounded(self.width, true)));
+        }
+        for (near, name) in plan.near.iter().zip(&self.fades) {
+            let [begin, end] = self.widths(near.full);
+            sets.push(format!("{name} = smoothstep({begin}, {end}, {pixel});"));
+        }
+        if let Some(far) = plan.far.as_ref().filter(|_| !inputs.leaves) {
+            let [begin, end] = self.widths(far.full);
+            sets.push(format!("{} = smoothstep({begin}, {end}, {pixel});", self.far));
+        }
+        if inputs.guards.is_empty() {
+            sets.iter().for_each(|set| out += &format!("{INDENT}float {set}\n"));
+            return out;
+        }
+        for set in &sets {
+            let name = set.split(' ').next().unwrap_or_default();
+            out += &format!("{INDENT}float {name} = 0;\n");
+        }
+        out += &condition(&inputs.guards, "");
+        let several = sets.len() > 1;
+        out += if several { " {\n" } else { "\n" };
+        sets.iter().for_each(|set| out += &format!("{INDENT}{INDENT}{set}\n"));
+        if several {
+            out += &format!("{INDENT}}}\n");
+        }
+        out
+    }
+
+    /// The statements after the body.
+    fn tail(&self, far: &Far) -> String {
+        let name = &self.far;
+        let one = |mean: &Mean| {
+            let Mean { name: output, text, is_int } = mean;
+            match is_int {
+                true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
+                false => format!("{output} = mix({output}, {text}, {name});"),
+            }
+        };
+        match &far.means[..] {
+            [mean] => format!("{INDENT}if ({name} > 0)\n{INDENT}{INDENT}{}\n", one(mean)),
+            means => {
+                let lines: String =
+                    means.iter().map(|mean| format!("{INDENT}{INDENT}{}\n", one(mean))).collect();
+                format!("{INDENT}if ({name} > 0) {{\n{lines}{INDENT}}}\n")
+            }
+        }
+    }
+
+    /// The switch of a shader that can end before its last statement, so that nothing can follow its body.
+    fn left(&self, inputs: &Inputs, far: &Far, head: &str) -> String {
+        let [_, end] = self.widths(far.full);
+        let mut tests = vec![format!("{} >= {end}", self.pixel)];
+        tests.extend(inputs.guards.iter().cloned());
+        let sets: String = far
+            .means
+            .iter()
+            .map(|mean| format!("{INDENT}{INDENT}{} = {};\n", mean.name, mean.text))
+            .collect();
+        format!("{head}{} {{\n{sets}{INDENT}{INDENT}return;\n{INDENT}}}\n", condition(&tests, ""))
+    }
+
+    /// A statement that fades to its mean.
+    fn faded(&self, source: &Source<'_>, own: &Statement, (text, fade): (&str, &str)) -> Edit {
+        let Statement { name, mean, .. } = own;
+        let at = own.span.start as usize;
+        let line = if source.is_first(at) { format!("\n{}", source.indent(at)) } else { " ".to_string() };
+        let blend = format!("if ({fade} > 0){line}{INDENT}{name} = mix({name}, {mean}, {fade});");
+        let first = match own.declares {
+            Some(ty) => format!("{ty} {name} = 0;{line}"),
+            None => String::new(),
+        };
+        let text = format!("{first}if ({fade} < 1){line}{INDENT}{name} = {text};{line}{blend}");
+        Edit { span: own.span, text }
+    }
+}
+
+/// `if (a && b …)`, on several lines if it is long.
+fn condition(tests: &[String], before: &str) -> String {
+    let mut out = format!("{INDENT}if ({before}");
+    let mut column = out.len();
+    for (at, test) in tests.iter().enumerate() {
+        let last = at + 1 == tests.len();
+        if at > 0 {
+            if column + test.len() + 6 > COLUMNS {
+                out += &format!("\n{INDENT}    && ");
+                column = INDENT.len() + 7;
+            } else {
+                out += " && ";
+                column += 4;
+            }
+        }
+        out += test;
+        column += test.len();
+        if last {
+            out.push(')');
+        }
+    }
+    out
+}
+
+/// A text as a comment of several lines.
+fn comment(text: &str) -> String {
+    let mut out = String::new();
+    let mut line = format!("{INDENT}//");
+    for word in text.split(' ') {
+        if line.len() + 1 + word.len() > COLUMNS {
+            out += &line;
+            out.push('\n');
+            line = format!("{INDENT}//");
+        }
+        line.push(' ');
+        line += word;
+    }
+    out + &line + "\n"
+}
+
+/// A share as percent with two digits.
+fn percent(share: f64) -> String {
+    format!("{} %", crate::explain::short(100.0 * share, 2))
+}
+
+/// A width with three digits, rounded up or down.
+pub(super) fn rounded(x: f64, up: bool) -> String {
+    if !(x > 0.0 && x.is_finite()) {
+        return "0".to_string();
+    }
+    let mut digits = 0;
+    let mut scaled = x;
+    while scaled < 100.0 && digits < 12 {
+        scaled *= 10.0;
+        digits += 1;
+    }
+    let whole = if up { scaled.ceil() } else { scaled.floor() };
+    let mut text = format!("{:.digits$}", whole / pxfm::f_exp10(f64::from(digits as u32)));
+    if text.contains('.') {
+        text = text.trim_end_matches('0').trim_end_matches('.').to_string();
+    }
+    text
+}
+
+/// The body after a new head: without the line break that followed the brace.
+fn opened(body: &str) -> &str {
+    body.strip_prefix("\r\n").or(body.strip_prefix('\n')).unwrap_or(body)
+}
+
+/// The body, indented by one step. Lines of the preprocessor and texts of several lines stay as they are.
+fn indented(body: &str) -> String {
+    let body = opened(body).trim_end();
+    let mut out = String::with_capacity(body.len() * 5 / 4);
+    let mut inside = false;
+    for line in body.lines() {
+        let is_plain = line.trim().is_empty() || line.trim_start().starts_with('#') || inside;
+        if !is_plain {
+            out += INDENT;
+        }
+        out += line;
+        out.push('\n');
+        // A text that does not end in its line goes on in the next one.
+        let code = line.split("//").next().unwrap_or(line).replace("\\\\", "").replace("\\\"", "");
+        if code.matches('"').count() % 2 == 1 {
+            inside = !inside;
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn widths_round_to_the_safe_side() {
+        assert_eq!(rounded(0.062_992_1, false), "0.0629");
+        assert_eq!(rounded(0.062_992_1, true), "0.063");
+        assert_eq!((rounded(2.015, true), rounded(512.0, false)), ("2.02".to_string(), "512".to_string()));
+    }
+}

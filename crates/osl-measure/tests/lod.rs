@@ -1,0 +1,302 @@
+//! Levels of detail: the written shader has the bits of the original where the original runs, keeps the
+//! stated error at points that were used for nothing, and means the same as a compiled file.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::cast_possible_truncation,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl::stages::{self, Compiled};
+use osl_exec::{PointSource, RunOptions, Services};
+use osl_ir::passes;
+use osl_limits::Cancel;
+use osl_measure::lod::{self, Given, Report, Request, Stop};
+use osl_measure::sample::{Check, Filter, Pattern, Shading, check, oracle, reaches};
+use osl_measure::stability::fix::Built;
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+
+/// Stones: a mask with cells, and a grain that is finer.
+const STONES: &str = "\
+// Stones with grain.
+float cell_distance(point p)
+{
+    float nearest = 9;
+    for (int i = -1; i <= 1; i++)
+        for (int j = -1; j <= 1; j++) {
+            point corner = floor(p) + vector(i, j, 0);
+            point center = corner + noise(\"cell\", corner);
+            nearest = min(nearest, distance(p, center));
+        }
+    return nearest;
+}
+
+shader stones
+[[ string help = \"Stones with grain\" ]]
+(
+    float frequency = 9 [[ float min = 0 ]],
+    float radius = 0.4,
+    color tint = color(0.6, 0.5, 0.4),
+    output float mask = 0,
+    output color result = 0
+)
+{
+    point p = point(u, v, 0) * frequency;
+    mask = smoothstep(radius, radius + 0.1, cell_distance(p));
+    float grain = noise(\"uperlin\", p * 12);
+    result = tint * mix(1, grain, 0.5 * mask);
+}
+";
+
+fn grid() -> Grid {
+    Grid::new(128, 128)
+}
+
+fn find_in(text: &str, given: &[Given], params: &[(String, String)], samples: u32) -> Result<Report, Stop> {
+    let check = |text: &str| stages::check("s.osl", text, &NoFiles, &Options::default());
+    let build = |text: &str, _: bool| {
+        let checked = check(text);
+        let program = checked.program?;
+        let plain = stages::lower(&program, params).ok()?;
+        Some(Built { program, sources: checked.sources, plain, noted: None })
+    };
+    let checked = check(text);
+    let program = checked.program.unwrap_or_else(|| panic!("{:?}", checked.diagnostics));
+    lod::lod(&Request {
+        text,
+        program: &program,
+        body: stages::lower(&program, params).unwrap(),
+        given,
+        build: &build,
+        grid: &grid(),
+        services: &Services::default(),
+        options: &RunOptions::default(),
+        samples,
+        tolerance: 0.002,
+        seed: 1,
+        pictures: false,
+    })
+}
+
+fn find(text: &str) -> Report {
+    find_in(text, &[], &[], 1).unwrap_or_else(|stop| panic!("{stop:?}"))
+}
+
+fn compiled(text: &str, params: &[(String, String)]) -> Compiled {
+    let checked = stages::check("s.osl", text, &NoFiles, &Options::default());
+    let program = checked.program.unwrap_or_else(|| panic!("{text}\n{:?}", checked.diagnostics));
+    assert!(checked.diagnostics.is_empty(), "{text}\n{:?}", checked.diagnostics);
+    let grid = grid();
+    let options = passes::Options {
+        varying: grid.varying().to_vec(),
+        derivs: grid.varying_derivs().to_vec(),
+        ..passes::Options::default()
+    };
+    stages::finish(stages::lower(&program, params).unwrap(), &options)
+}
+
+fn at(footprint: f32, offset: f32) -> Grid {
+    Grid { scale: [footprint; 2], offset: [offset; 2], ..grid() }
+}
+
+fn planes(program: &Compiled, grid: &Grid) -> Vec<(String, Vec<u32>)> {
+    let frame =
+        osl_exec::run(&program.program, &Services::default(), grid, &RunOptions::default(), &|_| ()).unwrap();
+    frame.planes.into_iter().map(|plane| (plane.output.to_string(), plane.words)).collect()
+}
+
+/// The errors of the outputs of a program with one sample, at pixels of a grid, as shares of their ranges,
+/// with the reference's own error subtracted.
+fn errors(original: &Compiled, program: &Compiled, grid: &Grid) -> Vec<f64> {
+    let services = Services::default();
+    let options = RunOptions::default();
+    let shading = |compiled, surface| Shading {
+        program: compiled,
+        services: &services,
+        surface,
+        options: &options,
+        cheaper: None,
+        pattern: Pattern::new(1, 77),
+        filter: Filter::default(),
+    };
+    let pixels: Vec<u32> = (0..16384).step_by(7).collect();
+    let truth = oracle(&shading(&original.program, grid), &pixels, 256).unwrap();
+    let values = shading(&program.program, grid).chosen(&pixels, 1).unwrap();
+    let near = at(16.0, 0.0);
+    let ranges = reaches(&shading(&original.program, &near)).unwrap();
+    let one = |reach: &osl_measure::sample::Reach| {
+        let pick = |list: &[Vec<f32>]| list[reach.planes.clone()].to_vec();
+        let own = osl_measure::sample::Oracle {
+            pixels: (0..pixels.len() as u32).collect(),
+            values: pick(&truth.values),
+            errors: pick(&truth.errors),
+            ..truth.clone()
+        };
+        let Check { rmse, .. } = check(&pick(&values), &own, &[], |pixel| pixel as usize);
+        rmse / f64::from(reach.size())
+    };
+    ranges.iter().map(one).collect()
+}
+
+#[test]
+fn the_written_shader_reads_like_this() {
+    insta::assert_snapshot!(find(STONES).text.unwrap());
+}
+
+#[test]
+fn where_the_original_runs_its_bits_are_the_same() {
+    let report = find(STONES);
+    let text = report.text.unwrap();
+    let (original, written) = (compiled(STONES, &[]), compiled(&text, &[]));
+    for footprint in [1.0, 0.25] {
+        assert_eq!(planes(&original, &at(footprint, 0.3)), planes(&written, &at(footprint, 0.3)));
+    }
+    // With another value of a parameter, the means do not hold, and the original runs at every footprint.
+    // Only the fine noise fades, since that does not depend on parameters; the mask has none.
+    let other = [("radius".to_string(), "0.3".to_string())];
+    let (original, other) = (compiled(STONES, &other), compiled(&text, &other));
+    let mask = |program: &Compiled| planes(program, &at(64.0, 0.0)).swap_remove(0);
+    assert_eq!(mask(&original), mask(&other));
+    assert_ne!(mask(&other), mask(&written));
+}
+
+#[test]
+fn the_stated_error_holds_at_points_that_were_used_for_nothing() {
+    let report = find(STONES);
+    let far = report.levels.last().unwrap();
+    assert!(far.footprint <= 64.0 && far.cost < 0.05 * report.cost);
+    let (original, written) = (compiled(STONES, &[]), compiled(report.text.as_deref().unwrap(), &[]));
+    for (footprint, offset) in [(64.0, -517.0), (64.0, 912.3), (256.0, 3001.0)] {
+        let grid = at(footprint, offset);
+        let own = errors(&original, &written, &grid).into_iter().fold(0.0, f64::max);
+        assert!(own <= far.error, "{footprint}: {own} above {}", far.error);
+        let plain = errors(&original, &original, &grid).into_iter().fold(0.0, f64::max);
+        assert!(own < plain, "{footprint}: {own}, the original {plain}");
+    }
+    // In the middle of the fade it is not worse than the original either.
+    let grid = at(0.75 * far.footprint as f32, 55.0);
+    let (own, plain) = (errors(&original, &written, &grid), errors(&original, &original, &grid));
+    for (own, plain) in own.iter().zip(plain) {
+        assert!(*own <= plain + 0.01, "{own} above {plain}");
+    }
+}
+
+#[test]
+fn the_compiled_file_gives_the_same_values() {
+    let text = find(STONES).text.unwrap();
+    let checked = stages::check("s.osl", &text, &NoFiles, &Options::default());
+    let limits = osl_limits::Limits::default();
+    let oso = osl_hir::oso::write(&checked.program.unwrap(), &checked.sources, &limits).unwrap();
+    let loaded = stages::check("s.oso", &oso, &NoFiles, &Options::default());
+    let program = loaded.program.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+    let grid = grid();
+    let options = passes::Options {
+        varying: grid.varying().to_vec(),
+        derivs: grid.varying_derivs().to_vec(),
+        ..passes::Options::default()
+    };
+    let loaded = stages::finish(stages::lower(&program, &[]).unwrap(), &options);
+    let written = compiled(&text, &[]);
+    for footprint in [1.0, 8.0, 12.0, 16.0, 24.0, 64.0] {
+        assert_eq!(planes(&loaded, &at(footprint, 0.7)), planes(&written, &at(footprint, 0.7)));
+    }
+}
+
+#[test]
+fn two_searches_find_the_same() {
+    let numbers = |report: &Report| {
+        let rows = report.rows.iter().map(|row| (row.footprint, row.written.clone(), row.equal_samples));
+        (report.text.clone(), rows.collect::<Vec<_>>())
+    };
+    assert_eq!(numbers(&find(STONES)), numbers(&find(STONES)));
+}
+
+#[test]
+fn given_values_are_compared_instead_of_the_defaults() {
+    use osl_ir::ir::Const;
+    let given = [
+        ("radius".to_string(), vec![Const::Float(0.3)]),
+        ("tint".to_string(), vec![Const::Triple([1.0; 3])]),
+    ];
+    let params = [("radius".to_string(), "0.3".to_string()), ("tint".to_string(), "1".to_string())];
+    let text = find_in(STONES, &given, &params, 1).unwrap().text.unwrap();
+    assert!(text.contains("frequency == 9 && radius == 0.3 && tint == color(1, 1, 1)"), "{text}");
+    assert!(text.contains("float radius = 0.4,"), "the defaults stay: {text}");
+}
+
+#[test]
+fn more_samples_of_the_original_are_harder_to_match() {
+    let from = |samples| {
+        let report = find_in(STONES, &[], &[], samples).unwrap();
+        report.levels.last().map(|level| level.footprint)
+    };
+    let (one, many) = (from(1).unwrap(), from(8).unwrap());
+    assert!(one < many, "{one} {many}");
+}
+
+#[test]
+fn what_no_mean_can_stand_for_is_refused_or_has_no_level() {
+    let refused = |text: &str| match find_in(text, &[], &[], 1) {
+        Err(Stop::Refused(why)) => why,
+        other => panic!("{other:?}"),
+    };
+    let why = refused("shader s(output float r = 0) { getattribute(\"x\", r); r += noise(P * 50); }");
+    assert!(why.contains("`getattribute`"), "{why}");
+    let why = refused("surface s(output float r = 0) { Ci = noise(P * 50) * diffuse(N); }");
+    assert!(why.contains("`Ci`"), "{why}");
+    let why = refused("shader s(float x = 1, output float r = 0) { r = x; }");
+    assert!(why.contains("neither P nor u nor v"), "{why}");
+    let ramp = find("shader s(output float r = 0) { r = u; }");
+    assert!(ramp.levels.is_empty() && ramp.text.is_none());
+    // A mean over directions is found with random ones.
+    let facing =
+        find("shader s(output float r = 0) { r = 0.001 * noise(P * 90) + abs(dot(normalize(I), N)); }");
+    assert!(facing.levels.is_empty(), "{:?}", facing.levels);
+}
+
+#[test]
+fn a_shader_that_returns_gets_a_switch() {
+    let text = "\
+shader dots(float size = 0.3, output float r = 0)
+{
+    point p = point(mod(u * 20, 1) - 0.5, mod(v * 20, 1) - 0.5, 0);
+    if (length(p) > size)
+        return;
+    r = 1;
+}
+";
+    let found = find(text).text.unwrap();
+    insta::assert_snapshot!(found);
+    let (original, written) = (compiled(text, &[]), compiled(&found, &[]));
+    assert_eq!(planes(&original, &at(1.0, 0.3)), planes(&written, &at(1.0, 0.3)));
+}
+
+#[test]
+fn when_the_time_is_over_nothing_is_claimed() {
+    let cancel = Cancel::new();
+    cancel.cancel();
+    let checked = stages::check("s.osl", STONES, &NoFiles, &Options::default());
+    let program = checked.program.unwrap();
+    let body = stages::lower(&program, &[]).unwrap();
+    let mut options = RunOptions::default();
+    options.limits = options.limits.until(&cancel);
+    let stop = lod::lod(&Request {
+        text: STONES,
+        program: &program,
+        body,
+        given: &[],
+        build: &|_, _| None,
+        grid: &grid(),
+        services: &Services::default(),
+        options: &options,
+        samples: 1,
+        tolerance: 0.002,
+        seed: 1,
+        pictures: false,
+    });
+    assert!(matches!(stop, Err(Stop::Run(_))));
+}
