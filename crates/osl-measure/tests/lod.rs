@@ -252,6 +252,11 @@ fn what_no_mean_can_stand_for_is_refused_or_has_no_level() {
     assert!(why.contains("neither P nor u nor v"), "{why}");
     let ramp = find("shader s(output float r = 0) { r = u; }");
     assert!(ramp.levels.is_empty() && ramp.text.is_none());
+    // The body is not skipped if an output has no mean, here a string.
+    let named =
+        "shader s(output float r = 0, output string name = \"\") { r = noise(P * 50); name = \"x\"; }";
+    let found = find(named);
+    assert!(found.text.is_none_or(|text| !text.contains("far")));
     // A mean over directions is found with random ones.
     let facing =
         find("shader s(output float r = 0) { r = 0.001 * noise(P * 90) + abs(dot(normalize(I), N)); }");

@@ -112,7 +112,7 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
         width,
         tried: 0,
     };
-    let far = search.far()?;
+    let far = search.far();
     let statements = means::statements(&source, &frame);
     let statements = means::measured(statements, &source, &frame, &judge, request.build)?;
     let inner = search.inner(far.as_ref())?;

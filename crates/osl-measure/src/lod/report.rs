@@ -201,7 +201,7 @@ fn rest(
 
 /// A level alone: at every footprint.
 enum Alone {
-    Program(Variant),
+    Program(Box<Variant>),
     Constant(Vec<f64>),
 }
 
@@ -214,17 +214,23 @@ fn levels(search: &Search<'_, '_>, found: &Found, report: &mut Report) -> Vec<(S
         let widths = [report.width * full * BEGIN, report.width * full];
         report.levels.push(Level { replaces, widths, footprint: full, cost, error, original_error });
     };
-    for near in &plan.near {
+    if !plan.inner.is_empty() {
+        let built = search.replaced(&[], &plan.inner).and_then(|text| (search.build)(&text, false));
+        let program = built.map(|built| Alone::Program(Box::new(search.judge.variant(built.plain))));
+        alone.extend(program.map(|program| ("changes in place".to_string(), program)));
+    }
+    for (near, number) in plan.near.iter().zip(1..) {
         taken.extend(&near.statements);
         let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text, false));
         let Some(built) = built else { continue };
         let variant = search.judge.variant(built.plain);
         push(near.statements.iter().map(|own| own.name.clone()).collect(), near.full, variant.cost);
-        alone.push((format!("level {}", alone.len() + 1), Alone::Program(variant)));
+        alone.push((format!("level {number}"), Alone::Program(Box::new(variant))));
     }
     if let Some(far) = &plan.far {
         push(far.means.iter().map(|mean| mean.name.clone()).collect(), far.full, far.planes.len() as f64);
-        alone.push((format!("level {}", alone.len() + 1), Alone::Constant(far.planes.clone())));
+        let number = plan.near.len() + 1;
+        alone.push((format!("level {number}"), Alone::Constant(far.planes.clone())));
     }
     alone
 }

@@ -14,7 +14,8 @@ use super::{edges, noise};
 use crate::stability::fix::Build;
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
-use osl_ir::types::Type;
+use osl_hir::hir::Param;
+use osl_ir::types::{Base, Type};
 use osl_syntax::diagnostic::Edit;
 
 /// What is known of a footprint in one of the sets.
@@ -78,45 +79,38 @@ const CHEAPER: f64 = 0.9;
 const NEAR: [usize; 3] = [2, 4, 6];
 
 impl Search<'_, '_> {
-    /// The index of the smallest footprint from which on an error is good, on the fitted points and on those
-    /// held out; `None` if it is not even at the largest.
-    fn from(&self, off: &mut dyn FnMut(&Known) -> Result<Off, RunError>) -> Result<Option<usize>, RunError> {
-        let mut from = 0;
-        for set in [self.fitted, self.held] {
-            let mut at = set.len();
-            while at > from {
-                let Some(known) = set.get(at - 1) else { break };
-                if !off(known)?.is_good(&known.original, self.tolerance) {
-                    break;
-                }
-                at -= 1;
-            }
-            from = at;
+    /// The level at which all outputs are their means. A shader that filters by itself may have other means at
+    /// larger footprints, so the means are those of the footprints at which they are used.
+    pub(super) fn far(&self) -> Option<Far> {
+        let is_number = |base: Base| matches!(base, Base::Int | Base::Float) || base.is_triple();
+        let program = self.source.program;
+        let mut outputs = program.shader.params.iter().filter(|param| param.output);
+        let is_one =
+            |param: &Param| program.vars.get(param.var.0 as usize).is_some_and(|var| is_number(var.ty.base));
+        if !outputs.all(is_one) {
+            return None;
         }
-        Ok((from < FOOTPRINTS.len()).then_some(from))
-    }
-
-    /// The level at which all outputs are their means.
-    pub(super) fn far(&self) -> Result<Option<Far>, RunError> {
-        let over: Vec<&Truth> =
-            self.fitted.iter().filter(|k| k.truth.footprint >= 16.0).map(|k| &k.truth).collect();
-        let mut planes = self.judge.means(&over);
-        let mut means = Vec::new();
-        for output in &self.judge.outputs {
-            let is_int = output.ty == Type::INT;
-            if !is_int && output.ty != Type::FLOAT && !output.ty.is_triple() {
-                return Ok(None);
-            }
-            let Some(own) = planes.get_mut(output.planes.clone()) else { return Ok(None) };
-            if is_int {
-                own.iter_mut().for_each(|x| *x = x.round());
-            }
-            means.push(Mean { name: output.name.clone(), text: value(output.ty, own, output.range), is_int });
-        }
-        let from = self.from(&mut |known| Ok(self.constant(&planes, known)))?;
         // At footprint 1 the original always runs.
-        let full = |at: usize| FOOTPRINTS.get(at.max(1)).copied();
-        Ok(from.and_then(full).map(|full| Far { full, means, planes }))
+        for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
+            let over: Vec<&Truth> = self.fitted.iter().skip(from).map(|known| &known.truth).collect();
+            let mut planes = self.judge.means(&over);
+            let mut means = Vec::new();
+            for output in &self.judge.outputs {
+                let own = planes.get_mut(output.planes.clone())?;
+                let is_int = output.ty == Type::INT;
+                if is_int {
+                    own.iter_mut().for_each(|x| *x = x.round());
+                }
+                let text = value(output.ty, own, output.range);
+                means.push(Mean { name: output.name.clone(), text, is_int });
+            }
+            let is_good =
+                |known: &Known| self.constant(&planes, known).is_good(&known.original, self.tolerance);
+            if [self.fitted, self.held].into_iter().all(|set| set.iter().skip(from).all(is_good)) {
+                return Some(Far { full, means, planes });
+            }
+        }
+        None
     }
 
     /// The errors of planes that have the same value everywhere.

@@ -84,7 +84,8 @@ fn what_cannot_be_simplified_is_refused() {
         ("@/dots.osl --samples 65", 2, "--samples must be at most 64"),
         ("@/dots.osl --tolerance 2", 2, "--tolerance must be a share"),
         ("@/dots.osl --outputs mask", 2, "the written shader keeps all outputs"),
-        ("--layer a=dots", 2, "the source of a single shader"),
+        ("@/dots.oso", 2, "the source of a single shader"),
+        ("--layer a=dots", 2, "--layer has no effect"),
     ] {
         let (got, out, err) = run(folder.path(), args);
         assert_eq!(got, code, "{args}: {err}");
