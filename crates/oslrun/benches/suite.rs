@@ -9,7 +9,7 @@
 //!
 //! The columns for one thread and for all threads have the time of the clock, whose ratio is the gain of
 //! threads. `--interpreted` also measures the widest instruction set without machine code. The whole takes
-//! about three minutes.
+//! about two minutes.
 
 #![allow(
     clippy::unwrap_used,

@@ -2,7 +2,7 @@
 # Compares two builds of oslrun in turns: processor time of the process for each additional point, from 64 x 64
 # points to a larger grid, on one thread; medians, in nanoseconds. Outputs are computed but not written.
 #
-# turns.sh OLD NEW [ROUNDS] [PART OF A NAME]     (about four minutes with 3 rounds)
+# turns.sh OLD NEW [ROUNDS] [PART OF A NAME]     (about two minutes with 3 rounds)
 set -eu
 root=$(cd "$(dirname "$0")/../../.." && pwd)
 cd "$root"
@@ -15,7 +15,7 @@ TIMEFORMAT='%U %S'
 spent() { { time "$@" >/dev/null 2>&1; } 2>&1 | awk '{ print ($1 + $2) * 1000 }'; }
 median() { sort -g | awk '{ all[NR] = $1 } END { print all[int((NR + 1) / 2)] }'; }
 
-echo "| shader | instruction set | $(basename "$(dirname "$old")")/old, ns | new, ns | times as fast |"
+echo "| shader | instruction set | old, ns | new, ns | times as fast |"
 echo "|---|---|---|---|---|"
 while read -r name size file options; do
     case "$name" in *"$part"*) ;; *) continue ;; esac

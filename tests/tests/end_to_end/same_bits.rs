@@ -72,7 +72,7 @@ fn grid() -> Grid {
 }
 
 fn words(frame: &Frame) -> Vec<(String, usize, Vec<u32>)> {
-    frame.planes.iter().map(|p| (p.output.to_string(), p.component, p.words.clone())).collect()
+    frame.planes.iter().map(|p| (p.output.to_string(), p.component, p.words.to_vec())).collect()
 }
 
 proptest! {
@@ -229,7 +229,7 @@ fn one_nan() {
         let nans: Vec<u32> = frame
             .planes
             .iter()
-            .flat_map(|p| p.words.clone())
+            .flat_map(|p| p.words.to_vec())
             .filter(|w| f32::from_bits(*w).is_nan())
             .collect();
         assert_eq!(nans.len(), 4 * 37 * 23, "{isa:?}");

@@ -20,7 +20,7 @@ fn every_row() {
         let params = [("t".to_string(), string.to_string())];
         let frame = run::run("s", shader, &params, &Grid::new(2, 1), &RunOptions::default()).unwrap();
         for plane in &frame.planes {
-            assert_eq!(plane.words, [expected; 2], "{} of {string:?}", plane.output);
+            assert_eq!(plane.words[..], [expected; 2], "{} of {string:?}", plane.output);
         }
         rows += 1;
     }

@@ -197,8 +197,6 @@ fn other_operations_are_interpreted() {
         L::MGet,
         L::LibraryConstant,
         L::FmodExact,
-        L::MInverse,
-        L::TransformNormal,
         L::SrgbToLinear,
         L::LinearToSrgb,
         L::Blackbody,
