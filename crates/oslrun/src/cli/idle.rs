@@ -39,22 +39,7 @@ const COMMANDS: [(&str, &[&str]); 5] = [
     ),
     (
         sanitize::NAME,
-        &[
-            "stats",
-            "histogram",
-            "profile",
-            "threads",
-            "batch",
-            "isa",
-            "without_pass",
-            "max_steps",
-            "on",
-            "displace",
-            "edge_pixels",
-            "level",
-            "catmull_clark",
-            "eye",
-        ],
+        &["stats", "histogram", "profile", "batch", "isa", "without_pass", "max_steps"],
     ),
     ("tradeoff", &["stats", "histogram", "profile", "on"]),
     (
