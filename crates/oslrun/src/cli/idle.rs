@@ -4,7 +4,7 @@
 //! This module must not know what the options mean.
 
 use super::commands::Cli;
-use super::{book, compare, sanitize, stability, studio};
+use super::{book, compare, prove, sanitize, stability, studio};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
@@ -31,15 +31,30 @@ const PICTURE: [&str; 18] = [
 ];
 
 /// The options of each command that have no effect in it, besides those for a picture.
-const COMMANDS: [(&str, &[&str]); 5] = [
+const COMMANDS: [(&str, &[&str]); 6] = [
     ("explain", &["stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
     (
         "stability",
         &["time", "global", "stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "on"],
     ),
+    (sanitize::NAME, &["stats", "histogram", "profile", "batch", "isa", "without_pass", "max_steps"]),
     (
-        sanitize::NAME,
-        &["stats", "histogram", "profile", "batch", "isa", "without_pass", "max_steps"],
+        prove::NAME,
+        &[
+            "stats",
+            "histogram",
+            "profile",
+            "batch",
+            "isa",
+            "without_pass",
+            "max_steps",
+            "on",
+            "displace",
+            "edge_pixels",
+            "level",
+            "catmull_clark",
+            "eye",
+        ],
     ),
     ("tradeoff", &["stats", "histogram", "profile", "on"]),
     (
@@ -71,6 +86,7 @@ fn instead(command: &str, option: &str) -> &'static str {
         ("explain" | sanitize::NAME, "max_steps") => "; --limit running.trace=N has one",
         (book::NAME, "tap") => ": it has a picture of each variable",
         (book::NAME, "on") => ": it shows the grid",
+        (prove::NAME, "on") => ": it proves bounds on the patch",
         (_, "on") => ": it examines the grid",
         ("tradeoff", "arithmetic") => ": it measures all kinds",
         ("tradeoff", "samples" | "shading_rate") => ": it measures several",
