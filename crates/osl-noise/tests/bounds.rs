@@ -3,7 +3,7 @@
 //! For a box of positions within a cell, each corner contributes at most its largest weighted gradient term.
 //! The sum over the corners bounds the field in the box; boxes whose bound is too large are split.
 
-#![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, reason = "a test says what must hold")]
 
 use osl_noise::Kind;
 use osl_noise::bounds::{largest, steepest};
@@ -230,7 +230,7 @@ fn fields_of_few_dimensions_stay_in_their_bounds() {
 
 /// `cargo test --release -p osl-noise --test bounds -- --ignored --nocapture`
 #[test]
-#[ignore = "takes some minutes"]
+#[ignore = "takes a minute"]
 fn fields_of_four_dimensions_stay_in_their_bounds() {
     prove(4, 2_000_000_000);
 }
