@@ -1,9 +1,10 @@
 //! Measures shaders: images from samples with a stated error, the trade of speed for accuracy, numerical
-//! stability, numeric events, levels of detail, and what a shader does at one point.
+//! stability, numeric events, proven bounds, levels of detail, and what a shader does at one point.
 //!
 //! The crate runs compiled programs through `osl-exec` and analyses the results. It must not know the
 //! terminal or the command line: its results are values with text, JSON and HTML forms.
 
+pub mod bounds;
 pub mod explain;
 pub mod lod;
 pub mod markup;

@@ -38,7 +38,8 @@ fn examine_on(name: &str, text: &str, grid: &Grid, options: &passes::Options) ->
     let program = checked.program.unwrap_or_else(|| panic!("{text}: {:?}", checked.diagnostics));
     let subject = Subject::new(stages::lower(&program, &[]).unwrap(), options);
     let size = (grid.width, grid.height);
-    sanitize::sanitize(&subject, &Services::default(), grid, size, &checked.sources, name)
+    let points = sanitize::Points { source: grid, size, pixels: None };
+    sanitize::sanitize(&subject, &Services::default(), &points, &checked.sources, name)
 }
 
 fn examine(text: &str) -> Examined {

@@ -13,6 +13,7 @@
 //! those that OSL renderers agree on.
 
 pub mod batch;
+pub mod bounds;
 mod cell;
 pub mod cells;
 #[cfg(target_arch = "x86_64")]

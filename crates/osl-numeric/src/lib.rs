@@ -42,6 +42,7 @@
 //! | [`lane`] | the bodies of the lane operations: the above, with truth values as 0 and 1 |
 //! | [`double`] | the same numbers in binary64, as a reference |
 //! | [`fast`] | cheaper approximations in single precision, with their bounds |
+//! | [`interval`] | ranges of numbers, which contain every result of the strict arithmetic |
 //! | [`strict`] | the reference's own approximations of sin, exp, pow …, for `f32` |
 
 pub mod arith;
@@ -52,6 +53,7 @@ pub mod double;
 pub mod fast;
 pub mod geometry;
 pub mod int;
+pub mod interval;
 pub mod lane;
 pub mod library_constants;
 pub mod matrix;

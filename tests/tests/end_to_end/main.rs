@@ -26,6 +26,7 @@ mod made_of_chance;
 mod maps;
 mod nodes;
 mod oso;
+mod proven_bounds;
 mod reject;
 mod rules;
 mod same_bits;

@@ -11,8 +11,8 @@ mod watch;
 mod words;
 
 pub use detect::{DIGITS_LOST, LOST_AT};
-pub(crate) use watch::events_at;
-pub use watch::{Examined, Subject, sanitize};
+pub use watch::{Examined, Points, Subject, sanitize};
+pub(crate) use watch::{events_at, is_written};
 
 use crate::quote::Quote;
 use serde::{Serialize, Serializer};

@@ -16,15 +16,16 @@ use osl_ir::ir::{Body, LaneOp};
 use osl_ir::passes::{self, Pass};
 use osl_limits::Limits;
 use osl_syntax::source::SourceMap;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A shader whose points are examined.
 pub struct Subject {
-    body: Body,
+    pub(crate) body: Body,
     /// The number of values before derivatives were written.
-    written: usize,
-    limits: Limits,
+    pub(crate) written: usize,
+    pub(crate) limits: Limits,
 }
 
 impl Subject {
@@ -77,17 +78,46 @@ pub struct Examined {
     pub happened: Vec<u16>,
 }
 
-/// Examines the points of a grid of `width` by `height`. They are visited in an order that is spread over the
-/// grid, so that a share of them stands for all when the time is over.
+/// The points to examine, as pixels of a picture.
+pub struct Points<'a> {
+    /// The points.
+    pub source: &'a dyn PointSource,
+    /// Columns and rows of the picture.
+    pub size: (usize, usize),
+    /// The pixel of each point, row by row, if the picture does not show a point in each pixel, as on a
+    /// surface. Otherwise, the points are those of a grid.
+    pub pixels: Option<&'a [u32]>,
+}
+
+impl Points<'_> {
+    fn count(&self) -> usize {
+        self.pixels.map_or(self.size.0.saturating_mul(self.size.1), <[u32]>::len)
+    }
+
+    /// The pixel of a point, row by row.
+    fn pixel(&self, point: usize) -> usize {
+        match (self.pixels, self.source.blocks()) {
+            (Some(pixels), _) => pixels.get(point).map_or(0, |pixel| *pixel as usize),
+            (None, Some(blocks)) => {
+                let (x, y) = blocks.pixel(point);
+                y * self.size.0 + x
+            }
+            (None, None) => point,
+        }
+    }
+}
+
+/// Examines points on all threads. They are visited in an order that is spread over the picture, so that a
+/// share of them stands for all when the time is over. The report does not depend on the number of threads.
 pub fn sanitize(
     subject: &Subject,
     services: &Services,
-    points: &dyn PointSource,
-    (width, height): (usize, usize),
+    points: &Points<'_>,
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    let count = width.saturating_mul(height);
+    let (width, height) = points.size;
+    let count = points.count();
     let mut watch = Watch::new(subject, sources);
     let mut report = Report {
         shader: shader.to_string(),
@@ -100,34 +130,36 @@ pub fn sanitize(
         events: Vec::new(),
     };
     let stride = stride(count);
-    let mut at = 0;
-    for _ in 0..count {
-        let point = at;
-        at = (at + stride) % count;
+    // A trace may be large, so only a few are kept at a time.
+    let together = 2 * rayon::current_num_threads();
+    let mut next = 0;
+    'all: while next < count {
+        let chunk: Vec<usize> = (next..count.min(next + together)).map(|at| nth(at, stride, count)).collect();
+        next += chunk.len();
         if subject.limits.halted().is_some() {
             break;
         }
-        let pixel = points.blocks().map_or(point, |blocks| {
-            let (x, y) = blocks.pixel(point);
-            y * width + x
-        });
-        let trace = subject.follow(services, OnePoint { source: points, point });
-        if trace.cut {
-            // What ran out of time is left out as a whole.
-            if subject.limits.halted().is_some() {
-                break;
+        let follow =
+            |point: &usize| subject.follow(services, OnePoint { source: points.source, point: *point });
+        let traces: Vec<Trace> = chunk.par_iter().map(follow).collect();
+        for (point, trace) in chunk.iter().zip(&traces) {
+            if trace.cut {
+                // What ran out of time is left out as a whole.
+                if subject.limits.halted().is_some() {
+                    break 'all;
+                }
+                report.cut += 1;
             }
-            report.cut += 1;
+            report.points += 1;
+            watch.point(trace, points.pixel(*point));
         }
-        report.points += 1;
-        watch.point(&trace, pixel);
     }
     report.not_examined = count - report.points;
     let reached = |span: &Span| watch.reached.get(span).map_or(0, |reached| reached.points);
     watch.places.retain(|(span, kind), tally| {
         *kind != Kind::Cancellation || tally.pixels.len() as f64 >= LOST_AT * reached(span) as f64
     });
-    let mut happened = vec![0; count];
+    let mut happened = vec![0; width.saturating_mul(height)];
     for ((_, kind), tally) in &watch.places {
         for pixel in &tally.pixels {
             if let Some(kinds) = happened.get_mut(*pixel) {
@@ -153,6 +185,11 @@ pub fn sanitize(
     };
     report.events = watch.places.iter().filter_map(placed).collect();
     Examined { report, happened }
+}
+
+/// The point that is visited as number `at`.
+fn nth(at: usize, stride: usize, count: usize) -> usize {
+    (at as u128 * stride as u128 % count.max(1) as u128) as usize
 }
 
 /// A step that visits each of `count` points once, and leaves no large part of them for the end: near the
@@ -245,7 +282,7 @@ impl<'a> Watch<'a> {
 }
 
 /// Whether the code of an instruction is this operation, rather than a built-in that uses it inside.
-fn is_written(op: LaneOp, code: &str) -> bool {
+pub(crate) fn is_written(op: LaneOp, code: &str) -> bool {
     let head = |op: LaneOp| op.text().split('.').next().unwrap_or_default();
     let Some(row) = callee(code).and_then(builtins::find) else { return true };
     let own = head(op);

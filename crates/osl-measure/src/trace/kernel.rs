@@ -13,17 +13,17 @@ use osl_simd::Isa;
 use std::cell::Cell;
 
 /// A call of a noise field.
-pub(super) struct NoiseCall {
-    field: osl_noise::Kind,
-    dims: usize,
-    has_derivs: bool,
+pub(crate) struct NoiseCall {
+    pub(crate) field: osl_noise::Kind,
+    pub(crate) dims: usize,
+    pub(crate) has_derivs: bool,
     /// Number of arguments before the coordinates.
-    skip: usize,
+    pub(crate) skip: usize,
 }
 
 impl NoiseCall {
     /// The noise call of a kernel with these arguments, if it is one.
-    pub(super) fn of(kernel: &Kernel, args: &[Const]) -> Option<NoiseCall> {
+    pub(crate) fn of(kernel: &Kernel, args: &[Const]) -> Option<NoiseCall> {
         let (field, dims, has_derivs, skip) = match kernel {
             Kernel::Noise { field, dims, has_derivs, .. } => (*field, *dims, *has_derivs, 0),
             Kernel::NamedNoise { dims, periodic, options, has_derivs, .. } if options.is_empty() => {
@@ -36,7 +36,7 @@ impl NoiseCall {
     }
 
     /// Its results in the strict arithmetic.
-    pub(super) fn strict(&self, args: &[Const], kinds: &[Kind]) -> Vec<Const> {
+    pub(crate) fn strict(&self, args: &[Const], kinds: &[Kind]) -> Vec<Const> {
         let inputs: Vec<f32> = args.iter().skip(self.skip).flat_map(numbers).collect();
         let out = self.eval(&inputs, kinds).map(|x: f32| if x.is_nan() { f32::NAN } else { x });
         split(kinds, |at, kind| of_numbers(kind, &out[at..]))
@@ -170,6 +170,22 @@ impl Closures<'_> {
             _ => b.constant(Const::Null),
         }
     }
+}
+
+/// The results of one call with known arguments, none of which is a closure; `array` is the array that it
+/// reads. `None` if the call does not end within its steps.
+pub(crate) fn run_call(
+    (services, point, limits): (&Services, OnePoint<'_>, &Limits),
+    kernel: &Kernel,
+    args: &[Const],
+    kinds: &[Kind],
+    array: &[Const],
+    body: &Body,
+) -> Option<Vec<Const>> {
+    let kernels = Kernels { services, point, limits, large: LARGE_CALLS.into(), stopped: false.into() };
+    let closures = Closures { nodes: &[], args: &[] };
+    let (values, _) = kernels.run(kernel, (args, closures), kinds, array, body);
+    (!kernels.stopped.get()).then_some(values)
 }
 
 /// Runs kernels for a point.

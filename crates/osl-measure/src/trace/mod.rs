@@ -14,6 +14,7 @@ mod point;
 pub use exact::{Exact, eval};
 pub use follow::follow;
 pub use kernel::noise;
+pub(crate) use kernel::{NoiseCall, run_call};
 pub use point::OnePoint;
 
 use osl_ir::Span;

@@ -15,6 +15,7 @@ use super::ir::IrArgs;
 use super::lod::LodArgs;
 use super::pages::{CompletionArgs, ManArgs};
 use super::preview::PreviewArgs;
+use super::prove::ProveArgs;
 use super::render::RenderArgs;
 use super::sanitize::SanitizeArgs;
 use super::stability::StabilityArgs;
@@ -64,6 +65,8 @@ pub(super) enum Command {
     Stability(Box<StabilityArgs>),
     /// Count numeric events by source line: divisions by zero, ints that overflow, NaN, lost digits.
     Sanitize(Box<SanitizeArgs>),
+    /// Prove what holds at every point: ranges of outputs, arguments in their domain, indices in range.
+    Bounds(Box<ProveArgs>),
     /// Compile a shader to the text form that renderers load, .oso.
     Compile(CompileArgs),
     /// Show what a shader is: its kind, its parameters with types, defaults and metadata.

@@ -4,7 +4,7 @@
 //! This module must not know what the options mean.
 
 use super::commands::Cli;
-use super::{book, compare, lod, sanitize, stability, studio};
+use super::{book, compare, lod, prove, sanitize, stability, studio};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
@@ -37,13 +37,13 @@ const COMMANDS: [(&str, &[&str]); 6] = [
         "stability",
         &["time", "global", "stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "on"],
     ),
+    (sanitize::NAME, &["stats", "histogram", "profile", "batch", "isa", "without_pass", "max_steps"]),
     (
-        sanitize::NAME,
+        prove::NAME,
         &[
             "stats",
             "histogram",
             "profile",
-            "threads",
             "batch",
             "isa",
             "without_pass",
@@ -114,6 +114,7 @@ fn instead(command: &str, option: &str) -> &'static str {
         (book::NAME, "tap") => ": it has a picture of each variable",
         (book::NAME, "on") => ": it shows the grid",
         (lod::NAME, "outputs") => ": the written shader keeps all outputs",
+        (prove::NAME, "on") => ": it proves bounds on the patch",
         (_, "on") => ": it examines the grid",
         ("tradeoff", "arithmetic") => ": it measures all kinds",
         ("tradeoff", "samples" | "shading_rate") => ": it measures several",

@@ -167,6 +167,32 @@ pub(super) fn lowered_again(program: &hir::Program, request: &Request<'_>, notes
     stages::lower_for(program, request.params, &requests).ok()
 }
 
+/// The body of a loaded shader in which these parameters, with their first values, are inputs; and the names
+/// of the inputs.
+pub(super) fn lowered_open(
+    loaded: &Loaded,
+    request: &Request<'_>,
+    open: &[(&str, &str)],
+) -> Result<(Body, Vec<Arc<str>>), Failure> {
+    let mut group = loaded.group(request.read.limits.limits());
+    let mut inputs = Vec::new();
+    for (path, text) in open {
+        let (at, name) = layer_of(&group, path);
+        let Some(layer) = group.layer_mut(at) else { continue };
+        params::set(&layer.program, &mut layer.values, name, text).map_err(Failure::new)?;
+        layer.values.make_live(name);
+        inputs.push(format!("{}.{name}", layer.name).into());
+    }
+    let outputs = match &loaded.layers {
+        Some(_) => asked(&group, &loaded.program, request.outputs)?,
+        None => Vec::new(),
+    };
+    // The same shader was lowered before, so that only a limit can fail.
+    let lowered = osl_lower::lower_group_for(&group, &requests(outputs, request));
+    let body = lowered.map_err(|list| Failure::new(list.first().map_or("", |d| &d.message)))?;
+    Ok((body, inputs))
+}
+
 fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
     let most = request.read.limits.limits().running.points;
     if request.points as u64 > most {

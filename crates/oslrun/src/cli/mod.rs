@@ -50,6 +50,7 @@ mod pages;
 mod picture;
 mod preview;
 mod profile;
+mod prove;
 mod render;
 mod repair;
 mod report;
@@ -173,6 +174,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Explain(args)), _) => explain::explain(&args, out, err),
         (Some(Command::Stability(args)), _) => stability::stability(&args, out, err),
         (Some(Command::Sanitize(args)), _) => sanitize::sanitize(&args, out, err),
+        (Some(Command::Bounds(args)), _) => prove::bounds(&args, out, err),
         (Some(Command::Compile(args)), _) => compile::compile(&args, out, err),
         (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),

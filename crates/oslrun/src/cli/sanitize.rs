@@ -7,12 +7,12 @@ use super::explain::json;
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
 use super::tradeoff::seconds;
-use super::{Failure, data, map};
+use super::{Failure, data, map, on};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use osl_exec::PointSource;
+use osl_exec::{PointSource, Services};
 use osl_ir::passes;
-use osl_measure::sanitize::{self, Kind, Subject};
+use osl_measure::sanitize::{self, Kind, Points, Subject};
 use osl_scene::WithData;
 use osl_syntax::escape::shown;
 use std::io::Write;
@@ -69,6 +69,18 @@ fn kind(text: &str) -> Result<Wanted, String> {
     })
 }
 
+/// The points, the pixel of each if they are those of a surface, and the services.
+fn places(run: &RunArgs, loaded: &Loaded) -> Result<Places, Failure> {
+    if run.on.on.is_some() {
+        let (points, pixels, services) = on::points(run, loaded)?;
+        return Ok((Box::new(points), Some(pixels), services));
+    }
+    let services = services(run, loaded.folder.clone(), super::session::grid_spaces(run));
+    Ok((Box::new(WithData { data: data::read(run)?, points: grid(run) }), None, services))
+}
+
+type Places = (Box<dyn PointSource>, Option<Vec<u32>>, Services);
+
 /// Examines a shader.
 pub(super) fn sanitize(args: &SanitizeArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let run = &args.run;
@@ -76,9 +88,8 @@ pub(super) fn sanitize(args: &SanitizeArgs, out: &mut dyn Write, err: &mut dyn W
     let clock = Clock::new(args.budget);
     let loaded = load::load(&Request::of(run), err)?;
     let outputs = loaded.outputs(run);
-    let Loaded { sources, body, folder, name, .. } = loaded;
-    let services = services(run, folder, super::session::grid_spaces(run));
-    let points = WithData { data: data::read(run)?, points: grid(run) };
+    let (points, pixels, services) = places(run, &loaded)?;
+    let Loaded { sources, body, name, .. } = loaded;
     let options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),
@@ -87,14 +98,17 @@ pub(super) fn sanitize(args: &SanitizeArgs, out: &mut dyn Write, err: &mut dyn W
         ..passes::Options::default()
     };
     let subject = Subject::new(body, &options);
-    let examined = sanitize::sanitize(&subject, &services, &points, (width, height), &sources, &name);
+    let places = Points { source: &*points, size: (width, height), pixels: pixels.as_deref() };
+    let examine = || sanitize::sanitize(&subject, &services, &places, &sources, &name);
+    let examined = super::session::on_threads(run.threads, examine)?;
     let report = &examined.report;
     let mut text = if args.json { json(report)? } else { sanitize::text::text(report) };
     if let (Some(file), Some(event), false) = (&run.file, report.events.first(), args.json) {
         let [x, y] = event.first;
         let file = file.display();
+        let on = run.on.on.as_ref().map_or_else(String::new, |name| format!(" --on {name}"));
         text += &format!(
-            "\n`oslrun explain {file} -g {width}x{height} --at {x},{y}` shows what such a pixel does\n"
+            "\n`oslrun explain {file}{on} -g {width}x{height} --at {x},{y}` shows what such a pixel does\n"
         );
     }
     let _ = write!(out, "{}", shown(&text));

@@ -18,6 +18,7 @@ mod studio_client;
 
 mod bad_input;
 mod book;
+mod bounds;
 mod check;
 mod closures;
 mod closures_testshade;

@@ -59,7 +59,7 @@ fn events_can_fail_the_command() {
         ("@/guarded.osl -g 5x3 --fail-on any", 0),
         ("@/bare.osl -g 5x3 --fail-on divisions", 2),
         ("@/bare.osl -g 5x3 --samples 4", 2),
-        ("@/bare.osl -g 5x3 --on sphere", 2),
+        ("@/bare.osl -g 5x3 --arithmetic fast", 2),
         ("@/none.osl", 1),
     ] {
         let (found, out, err) = run(folder.path(), args);
@@ -91,4 +91,24 @@ fn the_time_can_be_over() {
     let (code, out, err) = oslrun_at(folder.path(), "sanitize @/long.osl -g 500x500 --budget 0.05");
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("the time was over (--budget)"), "{out}");
+}
+
+#[test]
+fn surfaces_are_examined_on_any_number_of_threads() {
+    let folder = folder();
+    let text = "shader s(output float r = 0) { r = sqrt(P[0]); }";
+    std::fs::write(folder.path().join("half.osl"), text).unwrap();
+    let args = "@/half.osl -g 16x16 --on sphere";
+    let (code, one, err) = run(folder.path(), &format!("{args} --threads 1"));
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(one.starts_with("s: numeric events at 1 place, at ") && one.contains("(16x16)"), "{one}");
+    assert!(one.contains("`oslrun explain @/half.osl --on sphere -g 16x16 --at "), "{one}");
+    // A sphere does not fill the picture, and a part of what is seen is on the side of negative x.
+    let (_, json, _) = run(folder.path(), &format!("{args} --json"));
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let (points, wrong) = (value["points"].as_u64().unwrap(), value["events"][0]["points"].as_u64().unwrap());
+    assert!((100..256).contains(&points) && (20..points - 20).contains(&wrong), "{wrong} of {points}");
+    assert_eq!(run(folder.path(), &format!("{args} --threads 3")).1, one);
+    let (_, flat, _) = run(folder.path(), "@/bare.osl -g 5x3 --threads 3");
+    assert_eq!(flat, run(folder.path(), "@/bare.osl -g 5x3 --threads 1").1);
 }

@@ -1,0 +1,305 @@
+//! Splits the domain until the bounds are tight, or the effort is spent.
+//!
+//! The tiles in hand cover the domain, so the hull of their enclosures holds everywhere. In each round, those
+//! that matter most are split: those whose enclosures exceed the values that were reached the most, and those
+//! with statements that are open. The number of tiles in a round is fixed, so the result does not depend on
+//! the number of threads. This module must not know how a tile is walked.
+
+use super::assume::Defs;
+use super::calls::Calls;
+use super::domain::{Domain, Tile};
+use super::sites::{Place, Sites, Watched, What};
+use super::walk::{Program, Walk};
+use super::{Claim, Output, Report, Verdict};
+use crate::quote::Quote;
+use crate::sanitize::{Subject, is_written};
+use osl_exec::{PointSource, Services};
+use osl_ir::Span;
+use osl_ir::ir::{Inst, Op};
+use osl_numeric::Real;
+use osl_numeric::interval::{Enclosure, Interval};
+use osl_syntax::source::SourceMap;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// How much a search may do besides its time, which the limits of the subject bound.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Maximum number of tiles.
+    pub tiles: usize,
+    /// A bound is tight if it exceeds the reached values by at most this share of their range.
+    pub tight: f64,
+}
+
+impl Default for Effort {
+    fn default() -> Effort {
+        Effort { tiles: 20_000, tight: 1e-3 }
+    }
+}
+
+/// Tiles that are split in one round.
+const ROUND: usize = 32;
+
+/// What a tile shows.
+struct Walked {
+    tile: Tile,
+    /// The components of the outputs.
+    numbers: Vec<Interval>,
+    seen: BTreeMap<Place, super::sites::Seen>,
+}
+
+/// What was found at computed points.
+#[derive(Default)]
+struct Reached {
+    numbers: Vec<Interval>,
+    wrong: BTreeMap<Place, Vec<f32>>,
+    points: usize,
+}
+
+/// Proves what it can about a shader at all points of a domain. `points` gives what is the same at all of
+/// them.
+pub fn prove(
+    subject: &Subject,
+    (services, points, sources): (&Services, &dyn PointSource, &SourceMap),
+    domain: &Domain,
+    effort: Effort,
+    shader: &str,
+) -> Report {
+    let body = &subject.body;
+    let defs = Defs::of(body);
+    let is_own = |inst: &Inst| {
+        let Op::Lane(op, _) = inst.op else { return false };
+        inst.span != Span::default()
+            && inst.results.first().is_none_or(|value| value.index() < subject.written)
+            && is_written(op, sources.text(inst.span))
+    };
+    let watched = Arc::new(Watched::of(body, &defs, is_own));
+    let calls = Calls::new(body, services, points, &subject.limits);
+    let program = Program { body, defs: &defs, points, calls: &calls };
+    let walk = |tile: Tile| {
+        let mut sites = Sites::new(watched.clone());
+        let outputs = Walk::run(program, &tile, &mut sites);
+        Walked { numbers: components(&outputs), seen: sites.seen, tile }
+    };
+    let mut reached = Reached::default();
+    let mut tiles = vec![walk(domain.whole())];
+    let mut walked = 1;
+    reached.add(&walk(domain.whole().middle(domain)));
+    domain.corners().into_iter().for_each(|corner| reached.add(&walk(corner)));
+    let is_over = || subject.limits.halted().is_some();
+    let is_cut = loop {
+        let open = open_tiles(&tiles, &reached, domain, effort);
+        let chosen: Vec<usize> = open.into_iter().take(ROUND).collect();
+        if chosen.is_empty() {
+            break false;
+        }
+        if is_over() || walked + 2 * chosen.len() > effort.tiles {
+            break true;
+        }
+        let halves: Vec<(usize, [Tile; 2])> =
+            chosen.into_iter().filter_map(|at| Some((at, domain.halves(&tiles[at].tile)?))).collect();
+        let found: Vec<(usize, [Walked; 2], [Walked; 2])> = halves
+            .into_par_iter()
+            .map(|(at, halves)| {
+                let middles = halves.each_ref().map(|half| walk(half.middle(domain)));
+                (at, halves.map(walk), middles)
+            })
+            .collect();
+        walked += 2 * found.len();
+        for (at, [first, second], middles) in found {
+            middles.iter().for_each(|middle| reached.add(middle));
+            let seen = std::mem::replace(&mut tiles[at], first);
+            tiles.push(second);
+            // A half is enclosed by the whole too.
+            let last = tiles.len() - 1;
+            for half in [at, last] {
+                tiles[half].inherit(&seen);
+            }
+        }
+    };
+    report(&tiles, reached, (domain, sources, subject), (walked, is_cut), shader)
+}
+
+impl Walked {
+    /// Keeps what was known of the tile of which this is a part.
+    fn inherit(&mut self, whole: &Walked) {
+        for (own, of_whole) in self.numbers.iter_mut().zip(&whole.numbers) {
+            *own = own.meet(*of_whole);
+        }
+        for (place, seen) in &mut self.seen {
+            if whole.seen.get(place).is_some_and(|of_whole| of_whole.is_safe) {
+                seen.is_safe = true;
+            }
+        }
+    }
+}
+
+impl Reached {
+    fn add(&mut self, point: &Walked) {
+        self.points += 1;
+        self.numbers.resize(point.numbers.len(), Interval::NONE);
+        for (reached, number) in self.numbers.iter_mut().zip(&point.numbers) {
+            // What is not known exactly is not known to be reached.
+            let is_known = number.value().is_some() || (number.is_empty() && number.may_be_nan());
+            if is_known {
+                *reached = reached.hull(*number);
+            }
+        }
+        for (place, seen) in &point.seen {
+            if seen.is_wrong && !self.wrong.contains_key(place) {
+                self.wrong.insert(place.clone(), point.tile.sides.iter().map(|side| side[0]).collect());
+            }
+        }
+    }
+}
+
+/// The tiles that should be split, the most important first.
+fn open_tiles(tiles: &[Walked], reached: &Reached, domain: &Domain, effort: Effort) -> Vec<usize> {
+    let mut open: Vec<(f64, f64, usize)> = Vec::new();
+    for (at, walked) in tiles.iter().enumerate() {
+        let by_numbers = walked.numbers.iter().zip(&reached.numbers).map(|(x, known)| excess(*x, *known));
+        let most = by_numbers.fold(0.0, f64::max);
+        let is_open = |(place, seen): (&Place, &super::sites::Seen)| {
+            !seen.is_safe && !reached.wrong.contains_key(place)
+        };
+        let score = if walked.seen.iter().any(is_open) { f64::max(most, 0.5) } else { most };
+        if score > effort.tight && domain.longest(&walked.tile).is_some() {
+            open.push((score, walked.tile.volume(domain), at));
+        }
+    }
+    open.sort_by(|a, b| b.0.total_cmp(&a.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
+    open.into_iter().map(|(.., at)| at).collect()
+}
+
+/// By how much an enclosure exceeds the reached numbers, as a share of their range; at most 1.
+fn excess(x: Interval, reached: Interval) -> f64 {
+    let new_nan = x.may_be_nan() && !reached.may_be_nan();
+    if x.is_empty() {
+        return if new_nan { 1.0 } else { 0.0 };
+    }
+    if reached.is_empty() || new_nan {
+        return 1.0;
+    }
+    let [lo, hi] = [reached.lo(), reached.hi()].map(f64::from);
+    let size = (hi - lo).max(1e-6 * lo.abs().max(hi.abs())).max(1e-30);
+    let beyond = (lo - f64::from(x.lo())).max(f64::from(x.hi()) - hi);
+    // Infinities that are reached are no excess.
+    if beyond.is_nan() { 0.0 } else { (beyond / size).clamp(0.0, 1.0) }
+}
+
+/// The numbers of all outputs, one after the other. Strings and closures have none.
+fn components(outputs: &[Vec<Enclosure>]) -> Vec<Interval> {
+    let numbers = |value: &Enclosure| match value {
+        Enclosure::Int(n) => vec![whole(*n)],
+        other => other.numbers().to_vec(),
+    };
+    outputs.iter().flatten().flat_map(numbers).collect()
+}
+
+/// An int as a float. Those beyond 2^24 are rounded outward.
+fn whole(n: osl_numeric::interval::Whole) -> Interval {
+    match n.is_within(-(1 << 24), 1 << 24) {
+        true => Interval::from_int(n),
+        false => Interval::new((n.lo as f32).next_down(), (n.hi as f32).next_up()),
+    }
+}
+
+fn report(
+    tiles: &[Walked],
+    reached: Reached,
+    (domain, sources, subject): (&Domain, &SourceMap, &Subject),
+    (walked, is_cut): (usize, bool),
+    shader: &str,
+) -> Report {
+    let mut bounds = vec![Interval::NONE; reached.numbers.len()];
+    for tile in tiles {
+        for (bound, number) in bounds.iter_mut().zip(&tile.numbers) {
+            *bound = bound.hull(*number);
+        }
+    }
+    let names = names(subject);
+    let output =
+        |((name, component, is_int), (bound, known)): (&(String, String, bool), (&Interval, &Interval))| {
+            Output {
+                name: name.clone(),
+                component: component.clone(),
+                lowest: f64::from(bound.lo()),
+                highest: f64::from(bound.hi()),
+                reached: (!known.is_empty()).then(|| [f64::from(known.lo()), f64::from(known.hi())]),
+                never_nan: match (bound.may_be_nan(), known.may_be_nan()) {
+                    (false, _) => Verdict::Proven,
+                    (true, true) => Verdict::Wrong,
+                    (true, false) => Verdict::NotProven,
+                },
+                is_finite: !bound.has_infinity(),
+                is_int: *is_int,
+            }
+        };
+    let outputs = names.iter().zip(bounds.iter().zip(&reached.numbers)).map(output).collect();
+    let mut places: BTreeMap<Place, (bool, Interval)> = BTreeMap::new();
+    for (place, seen) in tiles.iter().flat_map(|tile| &tile.seen) {
+        let known = places.entry(place.clone()).or_insert((true, Interval::NONE));
+        *known = (known.0 && seen.is_safe, known.1.hull(seen.values));
+    }
+    let claim = |((span, what), (is_safe, values)): (Place, (bool, Interval))| {
+        let at = reached.wrong.get(&(span, what.clone())).cloned();
+        Some(Claim {
+            kind: what.kind(),
+            quote: Quote::of(span, sources)?,
+            verdict: match (is_safe, &at) {
+                (true, _) => Verdict::Proven,
+                (false, Some(_)) => Verdict::Wrong,
+                (false, None) => Verdict::NotProven,
+            },
+            values: (!values.is_empty()).then(|| [f64::from(values.lo()), f64::from(values.hi())]),
+            at: at.filter(|_| !is_safe),
+            what,
+        })
+    };
+    Report {
+        shader: shader.to_string(),
+        domain: domain.ranges.clone(),
+        tiles: walked,
+        points: reached.points,
+        is_cut,
+        outputs,
+        claims: places.into_iter().filter_map(claim).collect(),
+    }
+}
+
+/// The name, the component and whether it is an int, of each number of the outputs.
+fn names(subject: &Subject) -> Vec<(String, String, bool)> {
+    use osl_ir::ir::{Kind, Source};
+    let body = &subject.body;
+    let mut names = Vec::new();
+    for output in &body.outputs {
+        let (kind, count) = match output.source {
+            Source::Value(value) => (body.kind(value), None),
+            Source::Slot(slot) => (body.slot(slot).kind, body.slot(slot).len),
+        };
+        let is_color = output.ty.base == osl_ir::types::Base::Color;
+        for element in 0..count.unwrap_or(1) {
+            let name = match count {
+                Some(_) => format!("{}[{element}]", output.name),
+                None => output.name.to_string(),
+            };
+            let mut push = |component: String| names.push((name.clone(), component, kind == Kind::Int));
+            match kind {
+                Kind::Int | Kind::Float => push(String::new()),
+                Kind::Triple => {
+                    let letters = if is_color { ["r", "g", "b"] } else { ["x", "y", "z"] };
+                    letters.into_iter().for_each(|letter| push(letter.to_string()));
+                }
+                Kind::Matrix => (0..16).for_each(|at| push(format!("{}{}", at / 4, at % 4))),
+                Kind::Str | Kind::Closure => {}
+            }
+        }
+    }
+    names
+}
+
+/// Whether a statement is about an int that may wrap around, of which there are many.
+pub(super) fn is_minor(claim: &Claim) -> bool {
+    claim.what == What::Overflow && claim.verdict == Verdict::Proven
+}

@@ -1,0 +1,261 @@
+//! The operations for which something can be proved: that an argument is in the function's domain, that a
+//! divisor is never 0, that an index exists, that an int fits. They are the events that `sanitize` counts.
+//! This module must not know how values are bounded.
+
+use super::assume::Defs;
+use crate::sanitize::Kind;
+use osl_ir::Span;
+use osl_ir::ir::{BlockId, Body, Inst, Kernel, LaneOp, Op, ValueId};
+use osl_numeric::Domain;
+use osl_numeric::Real;
+use osl_numeric::interval::{Enclosure, Interval, Whole};
+use rustc_hash::FxHashSet;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The instructions that are watched, by their result.
+#[derive(Debug, Default)]
+pub(super) struct Watched(FxHashSet<ValueId>);
+
+impl Watched {
+    /// The instructions of a body for which something can be proved and is not obvious. `is_own` tells
+    /// whether the source has an instruction itself, rather than the compiler.
+    pub(super) fn of(body: &Body, defs: &Defs, is_own: impl Fn(&Inst) -> bool) -> Watched {
+        let mut watched = FxHashSet::default();
+        for block in 0..body.blocks.len() {
+            for inst in &body.block(BlockId(block as u32)).insts {
+                let (Op::Lane(op, args), Some(result)) = (&inst.op, inst.results.first()) else { continue };
+                // What holds for the constants alone, whatever the other arguments are, need not be said.
+                let known = |arg: &ValueId| defs.constant(*arg).map(Enclosure::point);
+                let given: Vec<Enclosure> = args
+                    .iter()
+                    .map(|arg| known(arg).unwrap_or_else(|| Enclosure::any(body.kind(*arg))))
+                    .collect();
+                let is_obvious = matches!(op, LaneOp::FDivBy | LaneOp::ModBy | LaneOp::FmodExact)
+                    || judge(*op, &given).is_none_or(|(_, (is_safe, _))| is_safe);
+                if can_fail(*op) && !is_obvious && is_own(inst) {
+                    watched.insert(*result);
+                }
+            }
+        }
+        Watched(watched)
+    }
+}
+
+/// Whether an operation has arguments that it should not get.
+fn can_fail(op: LaneOp) -> bool {
+    let others = matches!(
+        op,
+        LaneOp::Clamp
+            | LaneOp::Smoothstep
+            | LaneOp::Linearstep
+            | LaneOp::ToInt
+            | LaneOp::IAdd
+            | LaneOp::ISub
+            | LaneOp::IMul
+            | LaneOp::INeg
+            | LaneOp::IAbs
+            | LaneOp::IDiv
+            | LaneOp::IMod
+    );
+    others || op.domain() != Domain::Everywhere
+}
+
+/// What is to be proved about an argument.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum What {
+    /// It is not 0.
+    Divisor,
+    /// It is not negative.
+    Root,
+    /// It is positive.
+    Logarithm,
+    /// It is from -1 to 1.
+    Arc,
+    /// The base is not negative, or the exponent is whole; and a base of 0 has no negative exponent.
+    Power,
+    /// The vector is not zero.
+    Direction,
+    /// The edges are in order.
+    Edges,
+    /// An int can hold the number.
+    Conversion,
+    /// An int can hold the result.
+    Overflow,
+    /// The array with this name has the element.
+    Index(Arc<str>),
+}
+
+impl What {
+    /// The kind of the event that would happen.
+    pub fn kind(&self) -> Kind {
+        match self {
+            What::Divisor => Kind::ZeroDivision,
+            What::Edges => Kind::Edges,
+            What::Conversion => Kind::IntConversion,
+            What::Overflow => Kind::IntOverflow,
+            What::Index(_) => Kind::Index,
+            _ => Kind::Domain,
+        }
+    }
+}
+
+/// What was seen at a place.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    /// Whether it is right for all values.
+    pub(super) is_safe: bool,
+    /// Whether it is wrong for known values at code that is reached.
+    pub(super) is_wrong: bool,
+    /// The values of the argument.
+    pub(super) values: Interval,
+}
+
+/// A place of the source, and what is to be proved there.
+pub(super) type Place = (Span, What);
+
+/// What one walk sees.
+#[derive(Debug)]
+pub(super) struct Sites {
+    watched: Arc<Watched>,
+    pub(super) seen: BTreeMap<Place, Seen>,
+    /// The number of open branches: code there may not be reached.
+    pub(super) open: usize,
+}
+
+impl Sites {
+    pub(super) fn new(watched: Arc<Watched>) -> Sites {
+        Sites { watched, seen: BTreeMap::new(), open: 0 }
+    }
+
+    fn record(&mut self, span: Span, what: What, (is_safe, values): (bool, Interval), is_known: bool) {
+        let is_wrong = !is_safe && is_known && self.open == 0;
+        let seen = self.seen.entry((span, what)).or_insert(Seen {
+            is_safe: true,
+            is_wrong: false,
+            values: Interval::NONE,
+        });
+        seen.is_safe &= is_safe;
+        seen.is_wrong |= is_wrong;
+        seen.values = seen.values.hull(values);
+    }
+
+    /// A lane operation gets these arguments.
+    pub(super) fn lane(&mut self, op: LaneOp, given: &[Enclosure], inst: &Inst) {
+        let Some(result) = inst.results.first() else { return };
+        if !self.watched.0.contains(result) {
+            return;
+        }
+        let is_known = given.iter().all(|value| value.value().is_some());
+        if let Some((what, verdict)) = judge(op, given) {
+            self.record(inst.span, what, verdict, is_known);
+        }
+    }
+
+    /// An index and the length of its array.
+    pub(super) fn index(&mut self, kernel: &Kernel, given: &[Enclosure], inst: &Inst) {
+        let (Kernel::CheckIndex { name }, [Enclosure::Int(index), Enclosure::Int(length)]) = (kernel, given)
+        else {
+            return;
+        };
+        let is_safe = index.is_within(0, length.lo.saturating_sub(1));
+        let is_known = index.value().is_some() && length.value().is_some();
+        let what = What::Index(name.clone());
+        self.record(inst.span, what, (is_safe, Interval::from_int(*index)), is_known);
+    }
+}
+
+/// The intervals of an argument, component by component.
+fn parts(value: Option<&Enclosure>) -> &[Interval] {
+    value.map_or(&[], Enclosure::numbers)
+}
+
+fn hull(parts: &[Interval]) -> Interval {
+    parts.iter().fold(Interval::NONE, |hull, part| hull.hull(*part))
+}
+
+/// What is to be proved, whether it holds, and the values for which it was examined. As in `sanitize`, a NaN
+/// among the arguments is not the fault of this operation, except of a conversion to int.
+fn judge(op: LaneOp, given: &[Enclosure]) -> Option<(What, (bool, Interval))> {
+    let all =
+        |i: usize, test: fn(Interval) -> bool| parts(given.get(i)).iter().all(|part| test(part.numbers()));
+    let at = |i: usize| hull(parts(given.get(i)));
+    let ints = || match given {
+        [Enclosure::Int(a), Enclosure::Int(b)] => Some((*a, *b)),
+        [Enclosure::Int(a)] => Some((*a, *a)),
+        _ => None,
+    };
+    let divisor = |(_, b): (Whole, Whole)| (What::Divisor, (!b.contains(0), Interval::from_int(b)));
+    Some(match op {
+        LaneOp::IDiv | LaneOp::IMod => divisor(ints()?),
+        LaneOp::IAdd | LaneOp::ISub | LaneOp::IMul | LaneOp::INeg | LaneOp::IAbs => {
+            let (a, b) = ints()?;
+            if a.is_empty() || b.is_empty() {
+                return None;
+            }
+            (What::Overflow, (fits(op, a, b), Interval::NONE))
+        }
+        LaneOp::ToInt => {
+            let x = at(0);
+            (What::Conversion, (!x.may_be_nan() && is_int(x), x))
+        }
+        LaneOp::Smoothstep | LaneOp::Linearstep => {
+            (What::Edges, (ordered(given, 0, 1, true), Interval::NONE))
+        }
+        LaneOp::Clamp => (What::Edges, (ordered(given, 1, 2, false), Interval::NONE)),
+        LaneOp::Pow => (What::Power, (powers(given), at(0))),
+        _ => match op.domain() {
+            Domain::Divisors => (What::Divisor, (all(1, |x| x.is_empty() || !x.has_zero()), at(1))),
+            Domain::Roots => (What::Root, (all(0, |x| x.is_empty() || x.lo() >= 0.0), at(0))),
+            Domain::Logs => (What::Logarithm, (all(0, |x| x.is_empty() || x.lo() > 0.0), at(0))),
+            Domain::Arcs => (What::Arc, (all(0, |x| x.is_within(-1.0, 1.0)), at(0))),
+            Domain::Directions => {
+                let is_safe = parts(given.first()).iter().any(|x| !x.is_empty() && !x.has_zero());
+                (What::Direction, (is_safe, Interval::NONE))
+            }
+            _ => return None,
+        },
+    })
+}
+
+/// Whether every result of an operation on ints fits.
+fn fits(op: LaneOp, a: Whole, b: Whole) -> bool {
+    let [a, b] = [[a.lo, a.hi], [b.lo, b.hi]].map(|ends| ends.map(i64::from));
+    let is_int = |x: i64| i32::try_from(x).is_ok();
+    let pairs = || a.into_iter().flat_map(|a| b.into_iter().map(move |b| (a, b)));
+    match op {
+        LaneOp::IAdd => pairs().all(|(a, b)| is_int(a + b)),
+        LaneOp::ISub => pairs().all(|(a, b)| is_int(a - b)),
+        LaneOp::IMul => pairs().all(|(a, b)| is_int(a * b)),
+        _ => a.into_iter().all(|a| is_int(-a)),
+    }
+}
+
+fn is_int(x: Interval) -> bool {
+    x.is_within(-2_147_483_648.0, 2_147_483_520.0)
+}
+
+/// Whether a lower edge is always below the upper one, or not above it.
+fn ordered(given: &[Enclosure], low: usize, high: usize, strictly: bool) -> bool {
+    let (low, high) = (parts(given.get(low)), parts(given.get(high)));
+    let at = |list: &[Interval], i: usize| list.get(i).or(list.first()).copied().unwrap_or(Interval::ANY);
+    (0..low.len().max(high.len())).all(|i| {
+        let (low, high) = (at(low, i).numbers(), at(high, i).numbers());
+        let is_empty = low.is_empty() || high.is_empty();
+        is_empty || if strictly { low.hi() < high.lo() } else { low.hi() <= high.lo() }
+    })
+}
+
+fn powers(given: &[Enclosure]) -> bool {
+    let (bases, powers) = (parts(given.first()), parts(given.get(1)));
+    let at = |list: &[Interval], i: usize| list.get(i).or(list.first()).copied().unwrap_or(Interval::ANY);
+    (0..bases.len().max(powers.len())).all(|i| {
+        let (base, power) = (at(bases, i).numbers(), at(powers, i).numbers());
+        if base.is_empty() || power.is_empty() {
+            return true;
+        }
+        let is_whole = power.lo() == power.hi() && power.lo().fract() == 0.0;
+        let is_pole = base.has_zero() && power.lo() < 0.0;
+        (base.lo() >= 0.0 || is_whole) && !is_pole
+    })
+}
