@@ -8,6 +8,7 @@ use crate::profile::ProfileEntry;
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
 use osl_limits::Running;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// One component of an output over all points.
@@ -30,8 +31,15 @@ pub struct Plane {
 impl Plane {
     /// The values as floats; ints are converted.
     pub fn floats(&self) -> Vec<f32> {
-        let convert = |w: &u32| if self.kind == Kind::Int { *w as i32 as f32 } else { f32::from_bits(*w) };
-        self.words.iter().map(convert).collect()
+        self.as_floats().into_owned()
+    }
+
+    /// The values as floats, without a copy unless they are ints.
+    pub fn as_floats(&self) -> Cow<'_, [f32]> {
+        match self.kind {
+            Kind::Int => self.words.iter().map(|word| *word as i32 as f32).collect(),
+            _ => Cow::Borrowed(bytemuck::cast_slice(&self.words)),
+        }
     }
 
     /// The values as doubles, as accurate as they are stored; ints are converted.
