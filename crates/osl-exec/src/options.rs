@@ -24,6 +24,9 @@ pub struct RunOptions {
     pub closures: bool,
     /// Whether to measure the time of each instruction.
     pub profile: bool,
+    /// Whether the steps of each point are counted: the frame has them as its last plane,
+    /// [`STEPS`](crate::STEPS).
+    pub steps: bool,
     /// Which sequences of operations become machine code.
     pub native: Native,
     /// How messages are kept.
@@ -40,6 +43,7 @@ impl Default for RunOptions {
             limits: Limits::default(),
             closures: false,
             profile: false,
+            steps: false,
             native: Native::Recurring,
             keeping: Keeping::default(),
         }

@@ -20,11 +20,15 @@ use crate::program::{OutputPlan, Program, words_of};
 use crate::services::Services;
 use crate::source::PointSource;
 use osl_ir::ir::Kind;
+use osl_ir::types::Type;
 use osl_numeric::Arithmetic;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tile::{Bytes, Piece, Tile, Worker};
+
+/// The name of the plane with the steps of each point, if they are counted.
+pub const STEPS: &str = "steps";
 
 /// Bytes charged for a component of an output besides its values: its name and location.
 const SLOT_BYTES: u64 = 256;
@@ -84,7 +88,7 @@ impl<'a> Run<'a> {
     /// There are too many of them.
     pub fn planes(&self) -> Result<Vec<Plane>, RunError> {
         let slots = self.slots(1)?.planes;
-        Ok(slots.iter().map(|slot| self.plane(slot, 0)).collect())
+        Ok(slots.iter().map(|slot| self.plane(slot, 0)).chain(self.steps(0)).collect())
     }
 
     /// Whether the planes of this many points fit in memory.
@@ -93,6 +97,18 @@ impl<'a> Run<'a> {
     /// They do not fit.
     pub fn fits(&self, points: usize) -> Result<(), RunError> {
         self.slots(points).map(|_| ())
+    }
+
+    /// The plane with the steps of points, if they are counted.
+    fn steps(&self, count: usize) -> Option<Plane> {
+        self.options.steps.then(|| Plane {
+            output: STEPS.into(),
+            ty: Type::INT,
+            component: 0,
+            kind: Kind::Int,
+            words: vec![0; count],
+            wide: Vec::new(),
+        })
     }
 
     fn plane(&self, slot: &Slot, count: usize) -> Plane {
@@ -138,6 +154,7 @@ impl<'a> Run<'a> {
         };
         let (threads, batch) = self.machines::<A>((threads, batch))?;
         let mut planes: Vec<Plane> = slots.planes.iter().map(|slot| self.plane(slot, points.len())).collect();
+        planes.extend(self.steps(points.len()));
         let mut parts: Vec<Vec<Piece<'_>>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
         for plane in &mut planes {
             let mut wide = plane.wide.chunks_mut(tile);

@@ -10,7 +10,9 @@ use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::compression::Compression;
 use exr::math::Vec2;
-use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, Text};
+use exr::meta::attribute::{
+    AttributeValue, ChannelDescription, Chromaticities, IntegerBounds, LineOrder, Text,
+};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::meta::{BlockDescription, MetaData};
 use half::f16;
@@ -119,7 +121,7 @@ impl ExrCompression {
 
 /// How [`write_exr`] stores its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ExrOptions {
+pub struct ExrOptions<'a> {
     /// 32 or 16 bits.
     pub samples: SampleType,
     /// The method of compression.
@@ -128,7 +130,19 @@ pub struct ExrOptions {
     pub part: Option<Part>,
     /// The program that made the image: the attribute `software`. It is to have ASCII characters only.
     pub software: Option<&'static str>,
+    /// The command that made the image: the attribute [`COMMAND`]. Control characters become spaces.
+    pub command: Option<&'a str>,
 }
+
+/// The name of the attribute with the command that made an image.
+pub const COMMAND: &str = "oslrun:command";
+/// The primaries and the white of Rec. 709 (ITU-R BT.709-6), the space of colors in shaders.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.30, 0.60),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.3290),
+};
 
 /// A place in a larger image: the data window of a file whose display window is the larger image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,7 +153,8 @@ pub struct Part {
     pub of: (usize, usize),
 }
 
-/// Writes all layers as channels of one EXR file. Infinities and NaN are written unchanged.
+/// Writes all layers as channels of one EXR file. Infinities and NaN are written unchanged. A file with
+/// colors says that they are linear with the primaries of Rec. 709 (`chromaticities`).
 ///
 /// **Errors**: sizes or names do not form an image, or the system refuses. The file at `path` is then
 /// unchanged.
@@ -148,7 +163,7 @@ pub fn write_exr(
     width: usize,
     height: usize,
     layers: &[Layer<'_>],
-    options: ExrOptions,
+    options: ExrOptions<'_>,
 ) -> Result<(), ImageError> {
     Ok(exr_file(path, width, height, layers, options)?.save()?)
 }
@@ -161,7 +176,7 @@ pub fn exr_file(
     width: usize,
     height: usize,
     layers: &[Layer<'_>],
-    options: ExrOptions,
+    options: ExrOptions<'_>,
 ) -> Result<Unsaved, ImageError> {
     whole(|| file::unsaved(path), path, (width, height), layers, options)
 }
@@ -173,7 +188,7 @@ pub fn exr_in_memory(
     width: usize,
     height: usize,
     layers: &[Layer<'_>],
-    options: ExrOptions,
+    options: ExrOptions<'_>,
 ) -> Result<Unsaved, ImageError> {
     whole(|| Ok(Unsaved::in_memory()), Path::new("the picture"), (width, height), layers, options)
 }
@@ -183,7 +198,7 @@ fn whole(
     path: &Path,
     (width, height): (usize, usize),
     layers: &[Layer<'_>],
-    options: ExrOptions,
+    options: ExrOptions<'_>,
 ) -> Result<Unsaved, ImageError> {
     check_size(path, width, height)?;
     let shapes: Vec<(&str, LayerKind)> = layers.iter().map(|l| (l.name, l.kind)).collect();
@@ -206,7 +221,7 @@ pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>
     path: &Path,
     (width, height): (usize, usize),
     layers: &[(&str, LayerKind)],
-    options: ExrOptions,
+    options: ExrOptions<'_>,
     next: impl FnMut() -> Result<Option<Vec<P>>, E> + Send,
 ) -> Result<Unsaved, E> {
     rows_into(|| file::unsaved(path), path, (width, height), layers, options, next)
@@ -217,7 +232,7 @@ fn rows_into<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
     path: &Path,
     (width, height): (usize, usize),
     layers: &[(&str, LayerKind)],
-    options: ExrOptions,
+    options: ExrOptions<'_>,
     mut next: impl FnMut() -> Result<Option<Vec<P>>, E> + Send,
 ) -> Result<Unsaved, E> {
     check_size(path, width, height)?;
@@ -265,7 +280,7 @@ fn header(
     path: &Path,
     size: (usize, usize),
     layers: &[(&str, LayerKind)],
-    options: ExrOptions,
+    options: ExrOptions<'_>,
 ) -> Result<(Header, Vec<usize>), ImageError> {
     let mut names = Vec::new();
     for (layer, kind) in layers {
@@ -289,9 +304,17 @@ fn header(
         order.iter().map(|i| ChannelDescription::new(names[*i].clone(), sample_type, false)).collect();
     // A fixed order of lines, so that the same values give the same bytes.
     let software_name = options.software.map(|name| checked_text(path, name)).transpose()?;
-    let header = Header::new(Text::from(""), size, channels)
-        .with_attributes(LayerAttributes { software_name, ..LayerAttributes::default() })
+    // The map has one element at most: more would be written in an order that differs from run to run.
+    let other = options
+        .command
+        .map(|text| (Text::from(COMMAND), AttributeValue::Text(printable(text))))
+        .into_iter()
+        .collect();
+    let mut header = Header::new(Text::from(""), size, channels)
+        .with_attributes(LayerAttributes { software_name, other, ..LayerAttributes::default() })
         .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing);
+    let has_colors = layers.iter().any(|(_, kind)| *kind == LayerKind::Color);
+    header.shared_attributes.chromaticities = has_colors.then_some(REC_709);
     match options.part {
         Some(part) => Ok((placed(path, header, size, part)?, order)),
         None => Ok((header, order)),
@@ -400,6 +423,12 @@ fn channel_name(layer: &str, suffix: &str) -> String {
 }
 
 /// A name as EXR stores it: printable ASCII, which every reader accepts, and at most 255 bytes.
+/// A text for an attribute, in UTF-8.
+fn printable(text: &str) -> Text {
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
 fn checked_text(path: &Path, name: &str) -> Result<Text, ImageError> {
     let plain = (1..=255).contains(&name.len()) && name.bytes().all(|b| b == b' ' || b.is_ascii_graphic());
     let text = if plain { Text::new_or_none(name) } else { None };

@@ -101,28 +101,31 @@ pub fn png_bytes(
     Ok(bytes)
 }
 
+/// Pixels that one thread converts at a time.
+const PIECE: usize = 1 << 13;
+
 /// The samples that [`write_png`] stores, pixel by pixel, with the high byte first. A plane that is too short
-/// continues with 0.
+/// continues with zero bytes.
 pub fn png_samples(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
     let bytes = if options.depth == BitDepth::Eight { 1 } else { 2 };
-    let mut stored = vec![0; n_pixels * planes.len() * bytes];
-    stored.par_chunks_mut((planes.len() * bytes).max(1)).with_min_len(4096).enumerate().for_each(
-        |(pixel, stored)| {
-            for (index, (plane, stored)) in planes.iter().zip(stored.chunks_exact_mut(bytes)).enumerate() {
-                let value = plane.get(pixel).copied().unwrap_or(0.0);
-                let transfer = if index % 2 == 1 && index + 1 == planes.len() {
-                    Transfer::Linear
-                } else {
-                    options.transfer
-                };
-                match options.depth {
-                    BitDepth::Eight => stored.fill(transfer.byte(value)),
-                    BitDepth::Sixteen => {
-                        stored.copy_from_slice(&transfer.quantize(value, 65535).to_be_bytes())
+    let pixel = planes.len() * bytes;
+    let mut stored = vec![0; n_pixels * pixel];
+    stored.par_chunks_mut((PIECE * pixel).max(1)).enumerate().for_each(|(piece, stored)| {
+        for (index, plane) in planes.iter().enumerate() {
+            let is_alpha = index % 2 == 1 && index + 1 == planes.len();
+            let transfer = if is_alpha { Transfer::Linear } else { options.transfer };
+            let values = plane.get(piece * PIECE..).unwrap_or_default().iter();
+            let places = stored.get_mut(index * bytes..).unwrap_or_default().chunks_mut(pixel);
+            for (place, value) in places.zip(values) {
+                match (options.depth, place) {
+                    (BitDepth::Eight, [byte, ..]) => *byte = transfer.byte(*value),
+                    (BitDepth::Sixteen, [high, low, ..]) => {
+                        [*high, *low] = transfer.quantize(*value, 65535).to_be_bytes();
                     }
+                    _ => {}
                 }
             }
-        },
-    );
+        }
+    });
     stored
 }

@@ -43,8 +43,14 @@ fn exr(compression: &str) -> Vec<u8> {
     let plane: Vec<f32> = (0..24 * 16).map(|i| (i % 7) as f32 + 1.0 / i as f32).collect();
     let layer = Layer { name: "a", kind: LayerKind::Color, planes: vec![&plane; 3] };
     let path = tempfile::NamedTempFile::new().unwrap();
-    write_exr(path.path(), 24, 16, &[layer], ExrOptions { samples, compression, part: None, software: None })
-        .unwrap();
+    write_exr(
+        path.path(),
+        24,
+        16,
+        &[layer],
+        ExrOptions { samples, compression, part: None, software: None, command: None },
+    )
+    .unwrap();
     std::fs::read(path.path()).unwrap()
 }
 

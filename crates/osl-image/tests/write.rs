@@ -12,8 +12,13 @@ use proptest::prelude::*;
 
 const ODD: [f32; 6] = [0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1e-45];
 
-const FLOAT: ExrOptions =
-    ExrOptions { samples: SampleType::Float, compression: ExrCompression::Zip16, part: None, software: None };
+const FLOAT: ExrOptions<'static> = ExrOptions {
+    samples: SampleType::Float,
+    compression: ExrCompression::Zip16,
+    part: None,
+    software: None,
+    command: None,
+};
 const PNG8: PngOptions = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight, software: None };
 
 fn bits(values: &[f32]) -> Vec<u32> {

@@ -41,6 +41,29 @@ pub fn look(view: &View, surface: &dyn Surface) -> Seen {
             found
         })
         .collect();
+    gathered(tiles)
+}
+
+/// Traces a ray through each of some places of the image, in pixels from its upper left corner. `pixels` of
+/// the result has the number of the place of each point. The footprints are those of a pixel.
+pub fn look_at(view: &View, surface: &dyn Surface, places: &[[f32; 2]]) -> Seen {
+    let found: Vec<Vec<(u32, SurfacePoint, Vec3, Footprint)>> = places
+        .par_chunks(TILE)
+        .enumerate()
+        .map(|(tile, places)| {
+            let hit = |(at, [x, y]): (usize, &[f32; 2])| {
+                let ray = view.ray(*x, *y);
+                let (_, point) = surface.hit(ray.origin, ray.direction, 0.0..f32::INFINITY)?;
+                let footprint = Footprint::of(&point, &ray);
+                Some(((tile * TILE + at) as u32, point, ray.direction, footprint))
+            };
+            places.iter().enumerate().filter_map(hit).collect()
+        })
+        .collect();
+    gathered(found)
+}
+
+fn gathered(tiles: Vec<Vec<(u32, SurfacePoint, Vec3, Footprint)>>) -> Seen {
     let hits = tiles.iter().map(Vec::len).sum();
     let mut seen = Seen { points: SurfacePoints::with_capacity(hits), pixels: Vec::with_capacity(hits) };
     for (pixel, point, direction, footprint) in tiles.into_iter().flatten() {

@@ -7,6 +7,7 @@ use crate::subject::{Edit, Line, Picture, Saved};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sha1::{Digest, Sha1};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Maximum size of a message from the page in bytes.
@@ -95,6 +96,10 @@ pub struct Shader {
     pub lines: Vec<u32>,
     /// Errors and warnings, as `--message-format json` prints them.
     pub diagnostics: Vec<Value>,
+    /// The lessons of their codes, as `oslrun explain-error` prints them.
+    pub lessons: BTreeMap<String, String>,
+    /// Names of image files that a parameter can have as its value.
+    pub images: Vec<String>,
 }
 
 /// A layer of a group, or a shader.

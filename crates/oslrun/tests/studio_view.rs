@@ -180,6 +180,14 @@ fn changes_of_parameters_are_undone_and_redone() {
         ["undo", "redo"].map(|id| browser.run(&format!("return document.getElementById('{id}').disabled")))
     };
     assert_eq!(are_disabled(), [true, true]);
+    // Random values are one change.
+    browser.run("document.getElementById('random').click()");
+    browser.wait(IDLE);
+    assert!(!params(&browser).is_empty());
+    assert_eq!(are_disabled(), [false, true]);
+    browser.run("document.getElementById('undo').click()");
+    browser.wait(IDLE);
+    assert_eq!(params(&browser), Vec::<String>::new());
     // One pull of a slider is one change.
     browser.mouse("[data-name=k] input[type=range]", (-20, 0), Some((30, 0)));
     browser.wait("location.hash.includes('k%3D')");
@@ -490,7 +498,7 @@ fn an_error_is_traded_for_samples_and_a_layer_shows_where_they_are() {
     screenshot(&browser, "studio.rounding.png");
     choose("layer", "samples");
     browser.wait("document.getElementById('run-messages').textContent.includes('samples of each pixel')");
-    // Without an error there is no layer of samples, and on a surface there is no error.
+    // Without an error there is no layer of samples; without samples there is one of the cost.
     choose("max-error", "");
     assert_eq!(is_disabled("[value=samples]"), true);
     assert_eq!(browser.run("return document.getElementById('layer').value"), "");
@@ -503,7 +511,12 @@ fn an_error_is_traded_for_samples_and_a_layer_shows_where_they_are() {
          on.dispatchEvent(new Event('change'))",
     );
     assert_eq!(is_disabled("[value=rounding]"), true);
-    assert_eq!(is_disabled("#max-error"), true);
+    assert_eq!(is_disabled("[value=cost]"), true);
+    assert_eq!(is_disabled("#max-error"), false);
+    choose("max-error", "5%");
+    choose("layer", "samples");
+    browser.wait("document.getElementById('run-messages').textContent.includes('samples of each pixel')");
+    assert!(pixels(&browser).chunks(3).any(|pixel| pixel == [255; 3]));
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 

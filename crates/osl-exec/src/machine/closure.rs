@@ -6,6 +6,7 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};
+use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// A component of a closure: a way to scatter or emit light, with its weight.
@@ -15,8 +16,8 @@ pub struct Component {
     pub weight: [f32; 3],
     /// Name of the closure.
     pub name: Arc<str>,
-    /// Its parameters in order.
-    pub params: Vec<Param>,
+    /// Its parameters in order. Copies of a component share them.
+    pub params: Arc<[Param]>,
 }
 
 /// A parameter of a component.
@@ -25,7 +26,7 @@ pub struct Param {
     /// The name of a keyword argument.
     pub key: Option<Arc<str>>,
     /// One value, or the elements of an array.
-    pub values: Vec<Const>,
+    pub values: SmallVec<[Const; 1]>,
     /// The components, if it is a closure.
     pub closure: Vec<Component>,
 }
@@ -84,7 +85,8 @@ impl Closures {
     /// The components in the order of the sums, with weights multiplied out.
     fn components(&self, closure: u32) -> Vec<Component> {
         let mut found = Vec::new();
-        let mut open = vec![(closure, [1.0_f32; 3])];
+        let mut open: SmallVec<[(u32, [f32; 3]); 8]> = SmallVec::new();
+        open.push((closure, [1.0; 3]));
         while let Some((closure, weight)) = open.pop() {
             let Some(node) = self.node(closure) else { continue };
             match &node.form {
@@ -135,23 +137,22 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                     return;
                 }
             }
-            let mut args = step.args.iter();
-            let params = shapes.iter().map(|shape| {
-                let own: Vec<_> = args.by_ref().take(shape.count as usize).collect();
-                let closure = shape.kind == Kind::Closure;
-                let values = if closure {
-                    Vec::new()
-                } else {
-                    own.iter().map(|a| self.value(**a, shape.kind, lane)).collect()
-                };
-                let closure = own
-                    .iter()
-                    .filter(|_| closure)
-                    .flat_map(|a| self.closures.components(self.bits(**a, lane)))
-                    .collect();
-                Param { key: shape.key.clone(), values, closure }
-            });
-            let params = params.collect();
+            let mut args = &step.args[..];
+            let param = |shape: &Shape| {
+                let (own, rest) = args.split_at(args.len().min(shape.count as usize));
+                args = rest;
+                let (values, closures) =
+                    if shape.kind == Kind::Closure { (&[][..], own) } else { (own, &[][..]) };
+                Param {
+                    key: shape.key.clone(),
+                    values: values.iter().map(|a| self.value(*a, shape.kind, lane)).collect(),
+                    closure: closures
+                        .iter()
+                        .flat_map(|a| self.closures.components(self.bits(*a, lane)))
+                        .collect(),
+                }
+            };
+            let params = shapes.iter().map(param).collect();
             let form = Form::Component(Component { weight: [1.0; 3], name: name.clone(), params });
             let number = self.new_node(form);
             self.set_bits(*out, lane, number);
@@ -209,7 +210,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
 pub fn show(component: &Component) -> String {
     let [r, g, b] = component.weight.map(number);
     let mut parts: Vec<String> = Vec::new();
-    for param in &component.params {
+    for param in component.params.iter() {
         parts.extend(param.key.iter().map(|key| format!("\"{key}\"")));
         let values: Vec<String> = param.values.iter().map(constant).collect();
         match &values[..] {

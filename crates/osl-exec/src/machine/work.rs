@@ -168,6 +168,14 @@ impl Work {
 }
 
 impl<A: ArithmeticImpl> Machine<'_, A> {
+    /// The steps of a point of the last batch, if they were counted separately; otherwise those of its most
+    /// expensive point.
+    pub(crate) fn spent(&self, lane: usize) -> u32 {
+        let steps = self.work.lanes.get(lane).copied().unwrap_or(self.work.spent);
+        // Planes of ints have a sign.
+        u32::try_from(steps.min(self.work.spent)).unwrap_or(u32::MAX).min(i32::MAX as u32)
+    }
+
     /// Charges the points of a mask for a block.
     #[inline]
     pub(super) fn spend(&mut self, steps: u64, mask: &Mask) {

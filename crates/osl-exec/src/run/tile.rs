@@ -210,6 +210,7 @@ fn advance<A: ArithmeticImpl>(
     row: &mut (Vec<u32>, Vec<f64>),
     (first, count, each): (usize, usize, bool),
 ) -> Result<(), RunError> {
+    let each = each || work.run.options.steps;
     let printed = match machine.run(first, count, each) {
         Ok(()) => machine.messages.printed_bytes(),
         Err(stop) => {
@@ -268,6 +269,16 @@ fn deliver<A: ArithmeticImpl>(
             (None, Some(out)) => {
                 machine.output(slot, out, piece.wide.get_mut(at..at + count).unwrap_or_default());
             }
+            (None, None) => {}
+        }
+    }
+    // The plane with the steps comes after those of the outputs.
+    if let Some(piece) = running.part.get_mut(work.slots.planes.len()).filter(|_| work.run.options.steps) {
+        row.0.clear();
+        row.0.extend((0..count).map(|lane| machine.spent(lane)));
+        match (blocks, piece.words.get_mut(at..at + count)) {
+            (Some(blocks), _) => blocks.scatter(first, &row.0, start, piece.words),
+            (None, Some(out)) => out.copy_from_slice(&row.0),
             (None, None) => {}
         }
     }

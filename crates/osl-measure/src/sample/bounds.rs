@@ -29,6 +29,18 @@ pub struct Reach {
 }
 
 impl Reach {
+    /// The range of an output, from the values of its planes at some pixels.
+    pub(super) fn of(
+        name: Arc<str>,
+        planes: Range<usize>,
+        values: impl IntoIterator<Item = Vec<f32>>,
+        pixels: usize,
+    ) -> Reach {
+        let ends = values.into_iter().map(|plane| ends(&plane));
+        let ends = ends.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).unwrap_or([0.0; 2]);
+        Reach { name, planes, ends, pixels }
+    }
+
     /// The size of the range. Of a constant its largest value stands in, and 1 if that is 0, because a share
     /// of nothing could never be kept.
     pub fn size(&self) -> f32 {
@@ -48,10 +60,9 @@ pub fn reaches(shading: &Shading<'_>) -> Result<Vec<Reach>, RunError> {
     let values = shading.centres(&pixels, &mut Frame::default())?;
     let planes = shading.planes();
     let reach = |own: Range<usize>| {
-        let ends = values.get(own.clone()).unwrap_or(&[]).iter().map(|plane| ends(plane));
-        let ends = ends.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0]))).unwrap_or([0.0; 2]);
         let name = planes.get(own.start).map_or_else(|| "".into(), |plane| plane.output.clone());
-        Reach { name, planes: own, ends, pixels: pixels.len() }
+        let own_values = values.get(own.clone()).unwrap_or(&[]).to_vec();
+        Reach::of(name, own, own_values, pixels.len())
     };
     Ok(outputs(&planes).into_iter().map(reach).collect())
 }

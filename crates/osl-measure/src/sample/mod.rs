@@ -19,6 +19,7 @@ mod oracle;
 mod pattern;
 mod points;
 mod rate;
+mod seen;
 mod surface;
 mod within;
 
@@ -32,5 +33,6 @@ pub use oracle::{Check, Oracle, Watch, check, oracle};
 pub use pattern::{MAX_SAMPLES, Pattern};
 pub use points::SamplePoints;
 pub use rate::{Rate, at_rate};
+pub use seen::{Enough, SeenImage, SeenWork, Sight};
 pub use surface::{Place, Surface};
 pub use within::{Timed, within};

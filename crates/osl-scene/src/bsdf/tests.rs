@@ -14,7 +14,7 @@ fn uniform(n: usize) -> [f32; 4] {
 }
 
 fn param(value: Const) -> Param {
-    Param { key: None, values: vec![value], closure: Vec::new() }
+    Param { key: None, values: [value].into_iter().collect(), closure: Vec::new() }
 }
 
 fn component(name: &str, values: Vec<Const>) -> Component {

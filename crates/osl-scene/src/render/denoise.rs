@@ -13,12 +13,16 @@ use rayon::prelude::*;
 
 /// Distances between the samples of each round, in pixels.
 const STEPS: [usize; 4] = [1, 2, 4, 8];
+/// How far away pixels can change a pixel: by the rounds, spikes and estimated errors.
+pub const REACH: usize = 2 * (1 + 2 + 4 + 8) + 1 + AROUND;
 /// The weights of a row of samples: a cubic B-spline.
 const KERNEL: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
 /// Differences of displayed brightness that count as the same, beside those of the noise.
 const SAME_LIGHT: f32 = 0.008;
 /// How many standard errors may be between the same light.
 const ERRORS: f32 = 3.0;
+/// The error of a pixel is the mean up to this distance: few samples of one pixel may all be equal by chance.
+const AROUND: usize = 2;
 /// Colors below this do not scale the light.
 const DARK: f32 = 0.02;
 
@@ -81,8 +85,8 @@ fn guides(picture: &Picture) -> Option<Vec<Guide>> {
         // The estimate of a single pixel is noisy itself; that of its neighbourhood is less so.
         let (x, y) = (at % width, at / width);
         let (mut sum, mut n) = (0.0, 0.0);
-        for y in y.saturating_sub(1)..(y + 2).min(height) {
-            for x in x.saturating_sub(1)..(x + 2).min(width) {
+        for y in y.saturating_sub(AROUND)..(y + AROUND + 1).min(height) {
+            for x in x.saturating_sub(AROUND)..(x + AROUND + 1).min(width) {
                 let here = errors.get(y * width + x).copied().filter(|e| e.is_finite()).unwrap_or(1.0);
                 (sum, n) = (sum + here, n + 1.0);
             }
@@ -98,8 +102,8 @@ fn guides(picture: &Picture) -> Option<Vec<Guide>> {
     Some((0..count).into_par_iter().map(guide).collect())
 }
 
-/// The light without single pixels that are brighter than all pixels around them: these are paths that found
-/// a lamp by chance.
+/// The light without single pixels that are brighter than all pixels around them, or darker: these are paths
+/// that found a lamp by chance, or all missed it.
 fn without_spikes(light: &[Vec3], guides: &[Guide], [width, height]: [usize; 2]) -> Vec<Vec3> {
     let brightness: Vec<f32> = light.par_iter().map(|x| x.element_sum()).collect();
     let pixel = |at: usize| {
@@ -108,18 +112,34 @@ fn without_spikes(light: &[Vec3], guides: &[Guide], [width, height]: [usize; 2])
         else {
             return Vec3::ZERO;
         };
-        // The second brightest, since spikes come in pairs.
-        let (mut first, mut second) = (0.0_f32, 0.0_f32);
+        // The second brightest and the second darkest, since spikes come in pairs.
+        let mut most = [0.0_f32; 2];
+        let mut least = [(f32::INFINITY, at); 2];
         for y in y.saturating_sub(1)..(y + 2).min(height) {
             for x in x.saturating_sub(1)..(x + 2).min(width) {
                 let other = y * width + x;
                 let is_like = guides.get(other).is_some_and(|guide| other != at && alike(own, guide) > 0.0);
-                if let Some(there) = brightness.get(other).filter(|_| is_like) {
-                    (first, second) = (first.max(*there), second.max(there.min(first)));
+                if let Some(there) = brightness.get(other).copied().filter(|_| is_like) {
+                    most = [most[0].max(there), most[1].max(there.min(most[0]))];
+                    let found = (there, other);
+                    least = match least {
+                        [first, _] if there < first.0 => [found, first],
+                        [first, second] if there < second.0 => [first, found],
+                        both => both,
+                    };
                 }
             }
         }
-        if second > 0.0 && bright > second && own.depth.is_finite() { lit * (second / bright) } else { lit }
+        let [_, (dark, darker)] = least;
+        if !own.depth.is_finite() {
+            lit
+        } else if most[1] > 0.0 && bright > most[1] {
+            lit * (most[1] / bright)
+        } else if dark.is_finite() && bright < dark {
+            light.get(darker).copied().unwrap_or(lit)
+        } else {
+            lit
+        }
     };
     (0..light.len()).into_par_iter().map(pixel).collect()
 }
@@ -228,6 +248,16 @@ mod tests {
         }
         denoise(&mut picture);
         assert!(picture.layers[0].planes[0].iter().all(|x| *x < 1.0));
+    }
+
+    #[test]
+    fn single_dark_pixels_go() {
+        let mut picture = noisy(16);
+        for plane in &mut picture.layers[0].planes {
+            (plane[5 * 16 + 4], plane[5 * 16 + 5]) = (0.0, 0.0);
+        }
+        denoise(&mut picture);
+        assert!(picture.layers[0].planes[0].iter().all(|x| *x > 0.1));
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod tone;
 mod walk;
 mod world;
 
-pub use denoise::denoise;
+pub use denoise::{REACH, denoise};
 pub use layers::Layer;
 pub use path::Strategy;
 pub use tone::{Curve, display, tone};
@@ -24,6 +24,7 @@ pub use world::{Body, Ground, Material, Object, World};
 use osl_exec::{RunError, Said};
 use osl_ir::types::Type;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use tile::{SIDE, Tile};
@@ -43,11 +44,21 @@ pub struct RenderOptions {
     /// The largest contribution of light that reaches the visible surface from another one: larger ones are
     /// reduced to it. That removes single bright pixels, and makes the picture slightly darker.
     pub clamp: Option<f32>,
+    /// The first column, the column after the last one, and the same for rows: only tiles with such pixels
+    /// are computed. [`Picture::crop`] drops all others.
+    pub crop: Option<[usize; 4]>,
 }
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        RenderOptions { samples: 16, max_error: None, seed: 0, strategy: Strategy::Both, clamp: None }
+        RenderOptions {
+            samples: 16,
+            max_error: None,
+            seed: 0,
+            strategy: Strategy::Both,
+            clamp: None,
+            crop: None,
+        }
     }
 }
 
@@ -73,6 +84,27 @@ pub struct Picture {
     pub clamped: u64,
 }
 
+impl Picture {
+    /// Keeps these columns and rows.
+    pub fn crop(&mut self, columns: Range<usize>, rows: Range<usize>) {
+        let width = self.width;
+        let columns = columns.start.min(width)..columns.end.min(width);
+        let rows = rows.start.min(self.height)..rows.end.min(self.height);
+        let row = |plane: &[f32], row: usize| {
+            plane.get(row * width + columns.start..row * width + columns.end).unwrap_or_default().to_vec()
+        };
+        for plane in self.layers.iter_mut().flat_map(|layer| &mut layer.planes) {
+            *plane = rows.clone().flat_map(|at| row(plane, at)).collect();
+        }
+        (self.width, self.height) = (columns.len(), rows.len());
+    }
+}
+
+/// Whether a tile has pixels of a crop.
+fn touches([left, top, columns, rows]: [usize; 4], [x0, x1, y0, y1]: [usize; 4]) -> bool {
+    left < x1 && x0 < left + columns && top < y1 && y0 < top + rows
+}
+
 /// Renders a picture on the threads of the current pool. `progress` is called with the completed share, from
 /// 0 to 1.
 ///
@@ -89,6 +121,7 @@ pub fn render(
         .flat_map(|y| {
             (0..width).step_by(SIDE).map(move |x| [x, y, SIDE.min(width - x), SIDE.min(height - y)])
         })
+        .filter(|area| options.crop.is_none_or(|crop| touches(*area, crop)))
         .collect();
     let most = u32::try_from(world.limits.scenes.samples).unwrap_or(u32::MAX).max(1);
     let options = RenderOptions { samples: options.samples.clamp(1, most), ..*options };

@@ -26,10 +26,11 @@ impl Body {
         self.hit(origin, direction, 0.0..reach)
     }
 
-    fn blocks(&self, origin: Vec3, direction: Vec3, reach: f32) -> bool {
+    /// Whether it is hit within reach.
+    fn obstructs(&self, origin: Vec3, direction: Vec3, reach: f32) -> bool {
         match self {
             Body::Solid(solid) => solid.bvh.blocked(origin, direction, 0.0..reach),
-            Body::Shape(shape) => shape.hit(origin, direction, 0.0..reach).is_some(),
+            Body::Shape(shape) => shape.blocks(origin, direction, 0.0..reach),
         }
     }
 
@@ -172,7 +173,7 @@ impl World {
     pub(super) fn blocked(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
         let reach = distance.min(FAR);
         self.grounds.iter().any(|g| g.hit(origin, direction, reach).is_some())
-            || self.objects.iter().any(|o| o.body.blocks(origin, direction, reach))
+            || self.objects.iter().any(|o| o.body.obstructs(origin, direction, reach))
     }
 }
 

@@ -54,6 +54,8 @@ pub struct Networks<'a> {
     shaders: &'a mut dyn Shaders,
     /// Types of nodes that were found to be shaders.
     known: HashSet<&'a str>,
+    /// Values that replace those of the file: the node, the parameter, and the text.
+    given: Vec<(&'a str, &'a str, &'a str)>,
 }
 
 impl<'a> Networks<'a> {
@@ -63,7 +65,8 @@ impl<'a> Networks<'a> {
         shaders: &'a mut dyn Shaders,
         messages: &mut Messages,
     ) -> Networks<'a> {
-        let mut networks = Networks { nodes: HashMap::new(), shaders, known: HashSet::new() };
+        let mut networks =
+            Networks { nodes: HashMap::new(), shaders, known: HashSet::new(), given: Vec::new() };
         for node in &scene.shaders {
             let Some(name) = name_of(node) else {
                 messages.warning(
@@ -88,6 +91,31 @@ impl<'a> Networks<'a> {
             }
         }
         networks
+    }
+
+    /// Gives parameters values in place of those of the file: each is named NODE.PARAMETER, with the text of
+    /// its value.
+    pub fn give(&mut self, values: &'a [(String, String)], messages: &mut Messages) {
+        for (path, text) in values {
+            let place = Place { file: format!("-p {path}={text}").into(), line: 0 };
+            // The name of a node may have dots.
+            let found = self
+                .nodes
+                .keys()
+                .filter(|name| path.strip_prefix(**name).is_some_and(|rest| rest.starts_with('.')));
+            match found.copied().max_by_key(|name| name.len()) {
+                Some(node) => self.given.push((node, path.get(node.len() + 1..).unwrap_or_default(), text)),
+                None => {
+                    let mut names: Vec<&str> = self.nodes.keys().copied().collect();
+                    names.sort_unstable();
+                    let text = match path.contains('.') {
+                        true => format!("the scene has no such shader node; it has {}", names.join(", ")),
+                        false => format!("NODE.PARAMETER=VALUE, with one of the nodes {}", names.join(", ")),
+                    };
+                    messages.error(&place, text);
+                }
+            }
+        }
     }
 
     /// Compiles the program of a node and its inputs; `None` after an error. `place` is where the node is
@@ -226,10 +254,18 @@ impl Building<'_, '_> {
         self.open.push(name.clone());
         let mut values = ParamValues::default();
         let mut links = Vec::new();
-        for param in node.params.iter().filter(|p| p.name != "name") {
+        let given: Vec<_> = self.networks.given.iter().filter(|(node, ..)| *node == name).copied().collect();
+        let is_given = |param: &Param| given.iter().any(|(_, known, _)| *known == param.name);
+        for param in node.params.iter().filter(|p| p.name != "name" && !is_given(p)) {
             match self.link(&program, param) {
                 Some(from) => links.push(Link { from, to: param }),
                 None => self.set(&program, &mut values, param),
+            }
+        }
+        for (_, param, text) in &given {
+            if let Err(why) = params::set(&program, &mut values, param, text) {
+                let place = Place { file: format!("-p {name}.{param}={text}").into(), line: 0 };
+                self.messages.error(&place, why.to_string());
             }
         }
         for link in &links {

@@ -59,6 +59,11 @@ pub trait Surface: Sync {
     /// the direction's length.
     fn hit(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> Option<(f32, SurfacePoint)>;
 
+    /// Whether a ray hits it within a range of distances.
+    fn blocks(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> bool {
+        self.hit(origin, direction, range).is_some()
+    }
+
     /// A box around it.
     fn bounds(&self) -> Bounds;
 
@@ -159,6 +164,10 @@ impl Surface for Shape {
         hit::nearest(self, origin.as_dvec3(), direction.as_dvec3(), range)
     }
 
+    fn blocks(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> bool {
+        hit::any(self, origin.as_dvec3(), direction.as_dvec3(), range)
+    }
+
     fn bounds(&self) -> Bounds {
         let half = match *self {
             Shape::Sphere { radius } => Vec3::splat(radius),
@@ -238,6 +247,11 @@ impl<S: Surface> Surface for Placed<S> {
         let direction = self.from_common.transform_vector3(direction);
         let (t, point) = self.surface.hit(origin, direction, range)?;
         Some((t, point.transform(&self.to_common, &self.from_common)))
+    }
+
+    fn blocks(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> bool {
+        let origin = self.from_common.transform_point3(origin);
+        self.surface.blocks(origin, self.from_common.transform_vector3(direction), range)
     }
 
     fn bounds(&self) -> Bounds {

@@ -21,6 +21,8 @@ const at = (id) => document.getElementById(id);
 const ERRORS = ["10%", "5%", "2%", "1%", "0.5%"];
 /** The layer that shows where the samples of a picture with an error are. */
 const SAMPLES = "samples";
+/** The layer that shows the work of each pixel. */
+const COST = "cost";
 /** The layer that shows the digits lost to rounding. */
 const ROUNDING = "rounding";
 
@@ -214,6 +216,7 @@ function showShader(found) {
   source.show(shader);
   editor.show(shader);
   showFile(text);
+  at("images").replaceChildren(...shader.images.map((name) => element("option", { value: name })));
   fillMenu(at("file"), [...new Set([shader.file, ...shader.files])].map((name) => [name, name]), shader.file);
   showOptions();
   fillMenu(at("on"), shader.surfaces.map((name) => [name, name]), state.on ?? shader.on ?? "patch");
@@ -247,10 +250,11 @@ function showOptions() {
   const errors = [["", isSampled(shader) ? "as started" : "off"], ...ERRORS.map((error) => [error, error.replace("%", " %")])];
   const other = state.max_error && !ERRORS.includes(state.max_error) ? [[state.max_error, state.max_error]] : [];
   fillMenu(at("max-error"), [...errors, ...other], state.max_error ?? "");
-  at("max-error").disabled = !isFlat;
+  at("max-error").disabled = Boolean(state.lit);
   showSheet();
   layerOption(ROUNDING).disabled = !isFlat || isTap(state.output);
-  layerOption(SAMPLES).disabled = !isFlat || !(state.max_error || isSampled(shader, true));
+  layerOption(COST).disabled = !isFlat || Boolean(state.max_error) || isSampled(shader);
+  layerOption(SAMPLES).disabled = Boolean(state.lit) || !(state.max_error || isSampled(shader, true));
   at("layer").value = state.layer ?? "";
   at("layer").disabled = Boolean(state.lit);
 }
@@ -315,9 +319,9 @@ function withoutSamples() {
   return { max_error: undefined, layer: state.layer === SAMPLES ? undefined : state.layer };
 }
 
-/** The parts of a state that a surface does not have. */
+/** The layers that a surface does not have. */
 function withoutPatch() {
-  return { max_error: undefined, layer: [SAMPLES, ROUNDING].includes(state.layer) ? undefined : state.layer };
+  return { layer: [COST, ROUNDING].includes(state.layer) ? undefined : state.layer };
 }
 
 at("on").onchange = () => {
@@ -336,7 +340,7 @@ at("lit").onchange = () => {
 at("range").onchange = () => changeState({ range: at("range").value || undefined });
 at("max-error").onchange = () => {
   const error = at("max-error").value || undefined;
-  changeState(error ? { max_error: error } : withoutSamples());
+  changeState(error ? { max_error: error, layer: state.layer === COST ? undefined : state.layer } : withoutSamples());
   showOptions();
 };
 at("layer").onchange = () => changeState({ layer: at("layer").value || undefined });
@@ -347,6 +351,7 @@ addEventListener("keydown", (event) => {
   }
 });
 at("reset").onclick = () => parameters.reset();
+at("random").onclick = () => parameters.random();
 /** Puts a text on the clipboard. */
 async function copy(text, name) {
   try {

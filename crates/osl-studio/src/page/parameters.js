@@ -5,6 +5,8 @@ import { element, fillMenu } from "./element.js";
 
 const TRIPLES = new Set(["color", "point", "vector", "normal"]);
 const CHECK_BOXES = new Set(["checkbox", "boolean", "bool"]);
+/** Widgets of strings that name a file. */
+const FILES = new Set(["filename", "fileinput", "file", "assetidinput", "texture"]);
 
 /** A number as text, without the noise of binary fractions. */
 function numberText(value) {
@@ -72,7 +74,8 @@ function slider(parameter, metadata, usual, changed) {
     }
   };
   const reach = { from: numberText(from), to: numberText(to), isInt };
-  return { parts: [range, field], reach, set: (text) => { range.value = text; field.value = text; } };
+  const random = () => numberText(from + Math.floor(Math.random() * (Math.floor((to - from) / step) + 1)) * step);
+  return { parts: [range, field], reach, random, set: (text) => { range.value = text; field.value = text; } };
 }
 
 function triple(parameter, changed) {
@@ -101,13 +104,14 @@ function triple(parameter, changed) {
       picker.value = hexOf(fields.map((field) => field.value));
     }
   };
-  return { parts: picker ? [picker, ...fields] : fields, set };
+  const random = picker ? () => fields.map(() => numberText(Math.random().toPrecision(3))).join(",") : undefined;
+  return { parts: picker ? [picker, ...fields] : fields, random, set };
 }
 
 function checkBox(parameter, changed) {
   const box = element("input", { type: "checkbox", "aria-label": parameter.name });
   box.onchange = () => changed(box.checked ? "1" : "0");
-  return { parts: [box], set: (text) => { box.checked = Number(text) !== 0; } };
+  return { parts: [box], random: () => String(Math.round(Math.random())), set: (text) => { box.checked = Number(text) !== 0; } };
 }
 
 function menu(parameter, choices, changed) {
@@ -120,11 +124,13 @@ function menu(parameter, choices, changed) {
     }
     select.value = text;
   };
-  return { parts: [select], set };
+  const random = () => choices[Math.floor(Math.random() * choices.length)][0];
+  return { parts: [select], random, set };
 }
 
-function textField(parameter, changed) {
-  const field = element("input", { type: "text", spellcheck: "false", "aria-label": parameter.name });
+function textField(parameter, changed, isFile) {
+  // A name of a file can be chosen from those that are there.
+  const field = element("input", { type: "text", spellcheck: "false", "aria-label": parameter.name, list: isFile ? "images" : null });
   field.onchange = () => changed(field.value);
   return { parts: [field], set: (text) => { field.value = text; } };
 }
@@ -142,7 +148,7 @@ function controlOf(parameter, metadata, usual, changed) {
   if (parameter.type === "float" || parameter.type === "int") {
     return slider(parameter, metadata, usual, changed);
   }
-  return TRIPLES.has(parameter.type) ? triple(parameter, changed) : textField(parameter, changed);
+  return TRIPLES.has(parameter.type) ? triple(parameter, changed) : textField(parameter, changed, FILES.has(widget));
 }
 
 /** The pane with the parameters. */
@@ -230,6 +236,18 @@ export class ParameterPane {
   update({ set, row, usual }, name) {
     set(this.values.get(name) ?? usual);
     row.classList.toggle("changed", this.values.has(name));
+  }
+
+  /** Gives parameters random values: those whose control knows which values make sense. */
+  random() {
+    this.controls.forEach((control, name) => {
+      if (control.random) {
+        const text = control.random();
+        text === control.usual ? this.values.delete(name) : this.values.set(name, text);
+        this.update(control, name);
+      }
+    });
+    this.changed();
   }
 
   /** Gives all parameters their defaults. */

@@ -148,6 +148,7 @@ export class SourcePane {
     const top = this.pane.scrollTop;
     const focused = this.numberOf(document.activeElement);
     this.path = shader.path;
+    this.lessons = shader.lessons;
     const does = new Set(shader.lines);
     let inside = false;
     this.lines = shader.text.split(/\r?\n/).map((text, at) => {
@@ -188,8 +189,14 @@ export class SourcePane {
     }
     for (const message of messages) {
       const attributes = { class: `note ${severityClass(message)}`, "data-kind": kind };
-      this.lineOf(message)?.append(element("div", attributes, messageText(message)));
+      this.lineOf(message)?.append(element("div", attributes, messageText(message), ...this.lesson(message)));
     }
+  }
+
+  /** The lesson of a message, which opens when it is asked for. */
+  lesson(message) {
+    const text = this.lessons?.[message.code];
+    return text ? [element("details", { class: "lesson" }, element("summary", {}, `Lesson ${message.code}`), element("pre", {}, text))] : [];
   }
 
   /** Lists the errors above the source, each as a link to its line; and how many warnings there are. */

@@ -13,6 +13,7 @@ use osl_image::{ImageFormat, Transfer};
 use osl_ir::types::Type;
 use osl_numeric::real::Real;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// The options for the picture.
@@ -34,9 +35,9 @@ pub(super) struct DisplayArgs {
 }
 
 /// The values of an output, ready to be stored as integers.
-pub(super) struct Shown {
+pub(super) struct Shown<'a> {
     /// The planes.
-    pub(super) planes: Vec<Vec<f32>>,
+    pub(super) planes: Vec<Cow<'a, [f32]>>,
     /// The curve from values to integers.
     pub(super) transfer: Transfer,
     /// The values of black and white.
@@ -93,13 +94,13 @@ impl DisplayArgs {
 
     /// The planes of an output as they are stored in a file of this format. `covered` is 0 at pixels that do
     /// not count.
-    pub(super) fn shown(
+    pub(super) fn shown<'a>(
         &self,
         format: Option<ImageFormat>,
         (name, ty): (&str, Type),
-        mut planes: Vec<Vec<f32>>,
+        mut planes: Vec<Cow<'a, [f32]>>,
         covered: Option<&[f32]>,
-    ) -> Shown {
+    ) -> Shown<'a> {
         let transfer = if ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
         if !matches!(format, Some(ImageFormat::Png | ImageFormat::Jpeg)) {
             return Shown { planes, transfer, range: (0.0, 1.0), note: None };
@@ -121,7 +122,7 @@ impl DisplayArgs {
         if (low, high) != (0.0, 1.0) {
             let scale = f64::from(high) - f64::from(low);
             let map = |x: &mut f32| *x = ((f64::from(*x) - f64::from(low)) / scale) as f32;
-            planes.par_iter_mut().for_each(|plane| plane.iter_mut().for_each(map));
+            planes.par_iter_mut().for_each(|plane| plane.to_mut().iter_mut().for_each(map));
         }
         let note = match is_chosen {
             true => None,
@@ -144,7 +145,7 @@ struct Found {
 }
 
 impl Found {
-    fn of(planes: &[Vec<f32>], covered: Option<&[f32]>) -> Found {
+    fn of(planes: &[Cow<'_, [f32]>], covered: Option<&[f32]>) -> Found {
         let start = Found { low: f32::INFINITY, high: f32::NEG_INFINITY, values: 0 };
         counted(planes, covered).fold(start, |found, x| {
             let values = found.values + 1;
@@ -156,7 +157,7 @@ impl Found {
     }
 
     /// The numbers of values below 0 and above 1, and of NaN.
-    fn outside(planes: &[Vec<f32>], covered: Option<&[f32]>) -> [usize; 3] {
+    fn outside(planes: &[Cow<'_, [f32]>], covered: Option<&[f32]>) -> [usize; 3] {
         let piece = |(at, values): (usize, &[f32])| {
             let covered = covered.map(|covered| covered.get(at * PIECE..).unwrap_or_default());
             let mut found = [0; 3];
@@ -211,7 +212,7 @@ fn counts(covered: Option<&[f32]>, at: usize) -> bool {
 }
 
 /// The values at the pixels that count.
-fn counted<'a>(planes: &'a [Vec<f32>], covered: Option<&'a [f32]>) -> impl Iterator<Item = f32> + 'a {
+fn counted<'a>(planes: &'a [Cow<'_, [f32]>], covered: Option<&'a [f32]>) -> impl Iterator<Item = f32> + 'a {
     planes.iter().flat_map(move |plane| {
         plane.iter().enumerate().filter(move |(at, _)| counts(covered, *at)).map(|(_, x)| *x)
     })
@@ -222,8 +223,8 @@ mod tests {
     use super::*;
 
     fn shown(args: &DisplayArgs, ty: Type, values: &[f32]) -> (Vec<f32>, Option<String>) {
-        let shown = args.shown(Some(ImageFormat::Png), ("x", ty), vec![values.to_vec()], None);
-        (shown.planes.into_iter().flatten().collect(), shown.note)
+        let shown = args.shown(Some(ImageFormat::Png), ("x", ty), vec![values.into()], None);
+        (shown.planes.into_iter().flat_map(Cow::into_owned).collect(), shown.note)
     }
 
     #[test]

@@ -9,17 +9,19 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
 /// The options that only matter for a picture that is written.
-const PICTURE: [&str; 18] = [
+const PICTURE: [&str; 20] = [
     "output",
     "crop",
     "tap",
     "format",
     "half",
     "compression",
+    "no_command",
     "range",
     "signed",
     "exposure",
     "closures",
+    "steps",
     "samples",
     "filter",
     "shading_rate",
@@ -124,11 +126,12 @@ fn instead(command: &str, option: &str) -> &'static str {
 
 /// The options that have no effect in a comparison, which uses the values of a run and writes its own
 /// picture.
-const COMPARED: [&str; 11] = [
+const COMPARED: [&str; 12] = [
     "within",
     "format",
     "half",
     "compression",
+    "no_command",
     "range",
     "signed",
     "exposure",
@@ -139,7 +142,7 @@ const COMPARED: [&str; 11] = [
 ];
 
 /// The options that have no effect on a live page, which writes no files and shows one output of all points.
-const LIVE: [&str; 13] = [
+const LIVE: [&str; 15] = [
     "within",
     "output",
     "crop",
@@ -147,6 +150,8 @@ const LIVE: [&str; 13] = [
     "format",
     "half",
     "compression",
+    "no_command",
+    "steps",
     "closures",
     "stats",
     "histogram",

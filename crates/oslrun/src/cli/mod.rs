@@ -60,6 +60,7 @@ mod sampling;
 mod sanitize;
 mod session;
 mod shading;
+mod sight;
 mod software;
 mod stability;
 mod studio;
@@ -69,6 +70,7 @@ mod tradeoff;
 mod version;
 mod watch;
 mod within;
+mod words;
 
 use clap::FromArgMatches;
 use commands::{Cli, Command};
@@ -184,12 +186,16 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Compare(compared)), _) => compare::compare(*compared, &args, out, err),
         (Some(Command::PictureBook(args)), _) => book::book(&args, out, err),
         (Some(Command::Studio(live)), _) => studio::studio(&live, &args, out),
-        (Some(Command::Render(args)), _) => render::render(&args, out, err),
+        (Some(Command::Render(mut found)), _) => {
+            found.command = words::text(&args, Some(&found.file));
+            render::render(&found, out, err)
+        }
         (Some(Command::Completions(args)), _) => pages::completions(&args, out),
         (Some(Command::Man(args)), _) => pages::man(&args, out),
-        (None, args) => {
+        (None, mut run) => {
+            run.command = words::text(&args, run.file.as_deref());
             let more = (&cli.frames, &cli.preview, cli.json);
-            watch::run(&args, &cli.watch, more, out, err)
+            watch::run(&run, &cli.watch, more, out, err)
         }
     };
     match result {

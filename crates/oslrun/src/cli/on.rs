@@ -7,9 +7,10 @@ use super::args::RunArgs;
 use super::args::values::Gained;
 use super::load::Loaded;
 use super::run::Streams;
+use super::sampling::Plan;
 use super::shading::{self, Report};
 use super::summary::{About, Ranges, Stats, summary};
-use super::{Failure, data, histogram, input, output, session};
+use super::{Failure, data, histogram, input, output, session, sight};
 use osl::stages::{self, Compiled};
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
 use osl_ir::ir::{Body, Kind, Output};
@@ -32,6 +33,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+/// The programs of the displacement and of the outputs.
+pub(super) type Programs<'a> = (Option<&'a Compiled>, Option<&'a Compiled>);
+
+/// Maximum length in pixels of an edge.
+const EDGE: f64 = 1.0;
 /// Name of the layer that shows a displaced surface without its shader.
 const LIGHT: &str = "light";
 
@@ -51,8 +57,23 @@ pub(super) fn run(
     let compile = started.elapsed();
 
     let started = Instant::now();
-    let (seen, mut frame) =
-        session::on_threads(args.threads, || job.picture(displace.as_ref(), program.as_ref()))??;
+    let programs = (displace.as_ref(), program.as_ref());
+    let (frame, coverage, count, said) = match args.sampling.plan()? {
+        Plan::Plain => {
+            let (seen, mut frame) = session::on_threads(args.threads, || job.picture(programs))??;
+            for said in &mut frame.messages {
+                said.first = seen.pixels.get(said.first).map_or(0, |pixel| *pixel as usize);
+            }
+            let mut coverage = vec![1.0; seen.pixels.len()];
+            coverage = spread(&coverage, &seen.pixels, args.grid.0 * args.grid.1);
+            (frame, coverage, seen.points.count() as u64, None)
+        }
+        plan => {
+            let (image, said) =
+                session::on_threads(args.threads, || sight::picture(&mut job, programs, plan))??;
+            (image.frame, image.coverage, image.tally.evaluations, Some(said))
+        }
+    };
     let time = started.elapsed();
     job.notes.iter().for_each(|note| {
         let _ = writeln!(err, "{}", osl_syntax::escape::shown(&note.to_string()));
@@ -69,13 +90,10 @@ pub(super) fn run(
         texts: &loaded.texts,
     };
     let mut shading = report.print(&job.displaced, err);
-    for said in &mut frame.messages {
-        said.first = seen.pixels.get(said.first).map_or(0, |pixel| *pixel as usize);
-    }
-    let points = (seen.points.count() as u64, "points");
+    let points = (count, if said.is_some() { "samples" } else { "points" });
     shading.add(Report { points, width: Some(args.grid.0), ..report }.print(&frame.messages, err));
     shading.judge(args.lints.denies_errors())?;
-    let alpha = alpha(&seen, args);
+    let alpha = alpha(&coverage);
 
     let started = Instant::now();
     let written = match &args.output {
@@ -83,7 +101,6 @@ pub(super) fn run(
         None => Vec::new(),
     };
     let times = [compile, time, started.elapsed()];
-    let count = seen.points.count() as u64;
     let compiled = program.as_ref().or(displace.as_ref()).filter(|_| args.stats);
     let stats = compiled.map(|compiled| Stats::of(compiled, loaded.body.count(), count, times, args));
     if let Some(about) = about {
@@ -92,7 +109,8 @@ pub(super) fn run(
         about.ran(&ranges, &written, shading);
         about.stats = stats;
         about.histograms = args.histogram.then(|| histogram::of(&frame.planes, Some(&alpha)));
-        return Ok(());
+        about.max_error = said.as_ref().and_then(|said| said.max_error.clone());
+        return said.is_none_or(|said| said.missed.is_none()).then_some(()).ok_or_else(Failure::missed);
     }
     if args.histogram {
         histogram::print(&histogram::of(&frame.planes, Some(&alpha)), out);
@@ -102,13 +120,20 @@ pub(super) fn run(
         None if args.output.is_none() && !args.histogram && kept.is_none() => summary(&frame, out),
         None => {}
     }
+    let missed = said.as_ref().is_some_and(|said| said.print(args, out, err));
     if args.live.is_none() {
         shading.wrote(&written, out);
     }
-    if let Some(kept) = kept {
-        kept.covered = Some(alpha);
-        kept.frame = frame;
-        kept.times = [compile, time];
+    match kept {
+        Some(kept) => {
+            kept.covered = Some(alpha);
+            kept.frame = frame;
+            kept.missed = missed;
+            kept.said = said;
+            kept.times = [compile, time];
+        }
+        None if missed => return Err(Failure::missed()),
+        None => {}
     }
     Ok(())
 }
@@ -129,7 +154,7 @@ pub(super) fn points(
 
 /// What to shade, and the surface.
 pub(super) struct Job<'a> {
-    args: &'a RunArgs,
+    pub(super) args: &'a RunArgs,
     loaded: &'a Loaded,
     data: Data,
     shape: Source,
@@ -137,6 +162,8 @@ pub(super) struct Job<'a> {
     to_common: Mat4,
     /// The output that displaces the surface.
     by: Option<Gained>,
+    /// Maximum length of an edge in pixels.
+    edge: f64,
     /// Notes to print.
     pub(super) notes: Vec<String>,
     /// The messages of the displacement, and the number of vertices that have them.
@@ -158,7 +185,8 @@ impl<'a> Job<'a> {
             Some(shape) => Source::Shape(shape),
             None => Source::Mesh(mesh(name, args.read.limits.limits())?),
         };
-        if args.on.edge_pixels.is_nan() || args.on.edge_pixels <= 0.0 {
+        let edge = args.on.edge_pixels.unwrap_or(EDGE);
+        if edge.is_nan() || edge <= 0.0 {
             return Err(Failure::usage("--edge-pixels is to be above 0"));
         }
         if args.uv_scale.0.contains(&0.0) {
@@ -175,10 +203,17 @@ impl<'a> Job<'a> {
             shape,
             to_common,
             by,
+            edge,
             notes: Vec::new(),
             displaced: Vec::new(),
             vertices: 0,
         })
+    }
+
+    /// The same with edges of this length in pixels, unless the command line has another one.
+    #[must_use]
+    pub(super) fn with_edges(self, pixels: f64) -> Job<'a> {
+        Job { edge: self.args.on.edge_pixels.unwrap_or(pixels), ..self }
     }
 
     fn limits(&self) -> &Limits {
@@ -256,23 +291,41 @@ impl<'a> Job<'a> {
     }
 
     /// The points of the picture, and the values that the shader computes there.
-    fn picture(
-        &mut self,
-        displacement: Option<&Compiled>,
-        program: Option<&Compiled>,
-    ) -> Result<(Seen, Frame), Failure> {
+    fn picture(&mut self, (displacement, program): Programs<'_>) -> Result<(Seen, Frame), Failure> {
         let (width, height) = self.args.grid;
         let (seen, services) = self.seen(displacement)?;
-        let mut frame = match program {
-            Some(program) => self.shade(program, seen.points.clone(), &services)?,
-            None => Frame { planes: vec![head_light(&seen.points)], ..Frame::default() },
-        };
-        frame.planes.iter_mut().for_each(|plane| spread(plane, &seen.pixels, width * height));
+        let mut frame = self.values(program, &seen, &services)?;
+        for plane in &mut frame.planes {
+            plane.words = spread(&plane.words, &seen.pixels, width * height).into();
+            plane.wide = Vec::new();
+        }
         Ok((seen, frame))
+    }
+
+    /// The values of a program at points; without a program, light from the camera.
+    pub(super) fn values(
+        &self,
+        program: Option<&Compiled>,
+        seen: &Seen,
+        services: &Services,
+    ) -> Result<Frame, Failure> {
+        match program {
+            Some(program) => self.shade(program, seen.points.clone(), services),
+            None => Ok(Frame { planes: vec![head_light(&seen.points)], ..Frame::default() }),
+        }
     }
 
     /// The points of the picture, and the services that know its view.
     fn seen(&mut self, displacement: Option<&Compiled>) -> Result<(Seen, Services), Failure> {
+        let (view, surface, services) = self.view(displacement)?;
+        Ok((look(&view, &surface), services))
+    }
+
+    /// The view, the surface, and the services that know both.
+    pub(super) fn view(
+        &mut self,
+        displacement: Option<&Compiled>,
+    ) -> Result<(View, render::Body, Services), Failure> {
         let (width, height) = self.args.grid;
         let (bounds, reach) = self.whole()?;
         let camera = camera_for(&bounds, reach, self.args.on.eye, [width, height]);
@@ -285,7 +338,7 @@ impl<'a> Job<'a> {
             view = camera.view().map_err(Failure::new)?;
         }
         let services = self.services(&view, surface.reach());
-        Ok((look(&view, &surface), services))
+        Ok((view, surface, services))
     }
 
     /// The box around the surface before displacement, and its radius.
@@ -353,7 +406,7 @@ impl<'a> Job<'a> {
     fn triangles(&mut self, view: &View, displaced: bool) -> Result<Triangles, Failure> {
         let on = &self.args.on;
         let scheme = if on.catmull_clark { Scheme::CatmullClark } else { Scheme::Linear };
-        let adaptive = Detail::Pixels { view, edge: on.edge_pixels };
+        let adaptive = Detail::Pixels { view, edge: self.edge };
         let detail = match on.level {
             Some(level) => Detail::Level(level),
             // A mesh that does not change needs no more triangles.
@@ -429,28 +482,25 @@ fn head_light(points: &SurfacePoints) -> Plane {
     }
 }
 
-/// Copies the values of points to their pixels; other pixels are 0.
-fn spread(plane: &mut Plane, pixels: &[u32], count: usize) {
-    let mut words = vec![0; count];
-    for (word, pixel) in plane.words.iter().zip(pixels) {
-        if let Some(to) = words.get_mut(*pixel as usize) {
-            *to = *word;
+/// The values of points at their pixels; other pixels are 0.
+fn spread<T: Copy + Default>(values: &[T], pixels: &[u32], count: usize) -> Vec<T> {
+    let mut all = vec![T::default(); count];
+    for (value, pixel) in values.iter().zip(pixels) {
+        if let Some(to) = all.get_mut(*pixel as usize) {
+            *to = *value;
         }
     }
-    plane.words = words.into();
-    plane.wide = Vec::new();
+    all
 }
 
-/// 1 at each pixel that shows the surface.
-fn alpha(seen: &Seen, args: &RunArgs) -> Plane {
-    let mut alpha = Plane {
+/// The share of each pixel that shows the surface.
+fn alpha(coverage: &[f32]) -> Plane {
+    Plane {
         output: "A".into(),
         ty: Type::FLOAT,
         component: 0,
         kind: Kind::Float,
-        words: vec![1.0_f32.to_bits(); seen.pixels.len()].into(),
+        words: coverage.iter().map(|share| share.to_bits()).collect(),
         wide: Vec::new(),
-    };
-    spread(&mut alpha, &seen.pixels, args.grid.0 * args.grid.1);
-    alpha
+    }
 }

@@ -15,6 +15,7 @@ use osl_image::{
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::types::{Base, Type};
 use osl_syntax::escape::shown;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
@@ -125,15 +126,15 @@ pub(super) fn printed(list: &[Printed], appends: Appends, out: &mut dyn Write) -
 /// The planes of one output, with their values as floats.
 pub(super) struct Group<'a> {
     pub(super) first: &'a Plane,
-    pub(super) values: Vec<Vec<f32>>,
+    pub(super) values: Vec<Cow<'a, [f32]>>,
 }
 
 pub(super) fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
     for plane in planes {
         match groups.last_mut() {
-            Some(group) if plane.component > 0 => group.values.push(plane.floats()),
-            _ => groups.push(Group { first: plane, values: vec![plane.floats()] }),
+            Some(group) if plane.component > 0 => group.values.push(plane.as_floats()),
+            _ => groups.push(Group { first: plane, values: vec![plane.as_floats()] }),
         }
     }
     groups
@@ -198,9 +199,15 @@ pub(super) fn layer_kind(plane: &Plane) -> LayerKind {
     }
 }
 
-fn exr_options(args: &RunArgs) -> ExrOptions {
+fn exr_options(args: &RunArgs) -> ExrOptions<'_> {
     let samples = if args.half { SampleType::Half } else { SampleType::Float };
-    ExrOptions { samples, compression: args.compression, part: args.part(), software: Some(SOFTWARE) }
+    ExrOptions {
+        samples,
+        compression: args.compression,
+        part: args.part(),
+        software: Some(SOFTWARE),
+        command: args.command.as_deref(),
+    }
 }
 
 fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Written, Failure> {
@@ -210,7 +217,7 @@ fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Written, Failur
         .map(|group| Layer {
             name: &group.first.output,
             kind: layer_kind(group.first),
-            planes: group.values.iter().map(Vec::as_slice).collect(),
+            planes: group.values.iter().map(AsRef::as_ref).collect(),
         })
         .collect();
     let (width, height) = args.size();
@@ -391,13 +398,13 @@ fn single(
             names.join(", ")
         )));
     }
-    let covered = covered.map(Plane::floats);
+    let covered = covered.map(Plane::as_floats);
     let mut set = ImageSet::new(path, groups.len() > 1);
     let mut notes = Vec::new();
     for group in groups {
         let (name, ty) = (&*group.first.output, group.first.ty);
         let shown = args.display.shown(format, (name, ty), group.values, covered.as_deref());
-        let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
+        let mut planes: Vec<&[f32]> = shown.planes.iter().map(AsRef::as_ref).collect();
         if format != Some(ImageFormat::Jpeg) {
             planes.extend(covered.as_deref());
         }

@@ -9,8 +9,8 @@ use super::software::{self, SOFTWARE};
 use clap::Args;
 use osl_files::Unsaved;
 use osl_image::{
-    BitDepth, ExrCompression, ExrOptions, ImageFormat, Layer, LayerKind, PngOptions, SampleType, Transfer,
-    png_samples,
+    BitDepth, ExrCompression, ExrOptions, ImageFormat, Layer, LayerKind, Part, PngOptions, SampleType,
+    Transfer, png_samples,
 };
 use osl_ir::types::Type;
 use osl_numeric::real::Real;
@@ -36,7 +36,7 @@ pub(super) struct ExposureArgs {
 
 /// How the values of a picture are stored.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Stored {
+pub(super) struct Stored<'a> {
     /// The curve of PNG and JPEG files.
     pub(super) curve: Curve,
     /// Stops, for PNG and JPEG files.
@@ -45,9 +45,13 @@ pub(super) struct Stored {
     pub(super) half: bool,
     /// The compression of EXR files.
     pub(super) compression: ExrCompression,
+    /// The larger picture that EXR files are a part of.
+    pub(super) part: Option<Part>,
+    /// The command line, for EXR files.
+    pub(super) command: Option<&'a str>,
 }
 
-impl Stored {
+impl Stored<'_> {
     /// The bytes or the file of a picture. `named` says its format, `path` its place; without a place, it
     /// stays in memory.
     pub(super) fn file(
@@ -75,8 +79,13 @@ impl Stored {
             })
             .collect();
         let samples = if self.half { SampleType::Half } else { SampleType::Float };
-        let options =
-            ExrOptions { samples, compression: self.compression, part: None, software: Some(SOFTWARE) };
+        let options = ExrOptions {
+            samples,
+            compression: self.compression,
+            part: self.part,
+            software: Some(SOFTWARE),
+            command: self.command,
+        };
         let (width, height) = (picture.width, picture.height);
         let file = match path {
             None => osl_image::exr_in_memory(width, height, &layers, options),

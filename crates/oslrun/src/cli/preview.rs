@@ -44,7 +44,7 @@ use std::time::Instant;
 pub(super) struct PreviewArgs {
     /// Show the shader on a sphere with light, or on the surface of --on. A shader that writes Ci is shown as
     /// it is; of others, outputs give the base color, bumps, the normal, the roughness and the displacement.
-    #[arg(long, group = "seen", requires = "output", conflicts_with_all = ["center", "closures", "profile", "outputs", "filter", "shading_rate", "adaptive", "within", "prefilter", "range", "signed", "userdata", "attributes", "crop", "time", "global", "frames", "histogram"], help_heading = heading::PREVIEW)]
+    #[arg(long, group = "seen", requires = "output", conflicts_with_all = ["center", "closures", "steps", "profile", "outputs", "filter", "shading_rate", "adaptive", "within", "prefilter", "range", "signed", "userdata", "attributes", "time", "global", "frames", "histogram"], help_heading = heading::PREVIEW)]
     pub(super) preview: bool,
     /// Output for the base color (default: the first color).
     #[arg(long, value_name = "OUTPUT", requires = "preview", help_heading = heading::PREVIEW)]
@@ -67,6 +67,8 @@ pub(super) struct PreviewArgs {
     pub(super) view: ViewArgs,
 }
 
+/// Maximum length in pixels of an edge of a displaced surface.
+const EDGE: f64 = 2.0;
 /// Paths per pixel.
 const SAMPLES: u32 = 4;
 /// Maximum number of paths per pixel with `--max-error`.
@@ -92,7 +94,7 @@ pub(super) fn run(
     }
     let roles = roles(args, lit, &loaded)?;
     let body = if roles.closure { loaded.body.clone() } else { material(&mut loaded, &roles, args)? };
-    let job = Job::new(args, &loaded, roles.displace.clone())?;
+    let job = Job::new(args, &loaded, roles.displace.clone())?.with_edges(EDGE);
     let mut staged = Staged { args, job };
     let world = session::on_threads(args.threads, || staged.world(&body))??;
     let prepared = started.elapsed();
@@ -137,6 +139,8 @@ pub(super) fn run(
         exposure: args.display.stops(),
         half: args.half,
         compression: args.compression,
+        part: args.part(),
+        command: args.command.as_deref(),
     };
     if let Some(kept) = kept {
         kept.lit = stored.samples(&picture)?;
@@ -314,6 +318,7 @@ fn picture(
         samples: args.sampling.samples.unwrap_or(usual),
         max_error,
         clamp: (!lit.raw).then_some(CLAMP),
+        crop: args.crop.as_ref().map(|crop| crop.with_border(if lit.raw { 0 } else { render::REACH })),
         ..RenderOptions::default()
     };
     let bar = session::progress(1000, "");
@@ -322,6 +327,9 @@ fn picture(
     let mut picture = result.map_err(|stop| session::stopped(&stop, sources))?;
     if !lit.raw {
         render::denoise(&mut picture);
+    }
+    if let Some(crop) = &args.crop {
+        picture.crop(crop.columns.clone(), crop.rows.clone());
     }
     Ok(picture)
 }

@@ -1,6 +1,6 @@
 //! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
 
-use super::args::values::{STDOUT, grid, picture_file};
+use super::args::values::{Crop, STDOUT, assignment, crop, grid, picture_file};
 use super::args::{MessageFormat, ReadArgs};
 use super::bounds::displayed_error;
 use super::load::Folders;
@@ -41,9 +41,17 @@ pub(super) struct RenderArgs {
     /// Format of the picture with `-o -`.
     #[arg(long, value_enum, default_value_t)]
     pub(super) format: Format,
-    /// Size of the picture (default: the size in the scene).
-    #[arg(long, value_name = "WxH", value_parser = grid)]
-    pub(super) size: Option<(usize, usize)>,
+    /// Pixels of the picture (default: the size in the scene).
+    #[arg(short, long, visible_alias = "size", value_name = "WxH", value_parser = grid)]
+    pub(super) grid: Option<(usize, usize)>,
+    /// Render only these columns and rows, from X0 up to but not including X1, and Y0 up to Y1. The pixels
+    /// have the values that they have in the whole picture. An EXR file says where in the whole picture they
+    /// are.
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = crop, allow_hyphen_values = true)]
+    pub(super) crop: Option<Crop>,
+    /// Value of a parameter of a shader node, in place of the one in the scene; may be repeated: mat.Bands=4.
+    #[arg(short, long = "param", value_name = "NODE.NAME=VALUE", value_parser = assignment)]
+    pub(super) params: Vec<(String, String)>,
     /// Paths per pixel (default: the number in the scene).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(super) samples: Option<u32>,
@@ -58,7 +66,7 @@ pub(super) struct RenderArgs {
     pub(super) threads: Option<u16>,
     /// Folder to search for shaders, textures and included scenes, after the scene's own folder; may be
     /// repeated.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, visible_aliases = ["shader-path", "texture-path"], value_name = "DIR")]
     pub(super) search_path: Vec<PathBuf>,
     /// Let the scene and its shaders open any file, not only those below the working directory and the search
     /// paths.
@@ -79,6 +87,9 @@ pub(super) struct RenderArgs {
     /// Write 16-bit floats (EXR).
     #[arg(long)]
     pub(super) half: bool,
+    /// Do not write the command line into EXR files.
+    #[arg(long)]
+    pub(super) no_command: bool,
     /// Print times, rays per second, and the mean error.
     #[arg(long)]
     pub(super) stats: bool,
@@ -88,6 +99,9 @@ pub(super) struct RenderArgs {
     /// The options for reading shaders.
     #[command(flatten)]
     pub(super) read: ReadArgs,
+    /// The command line for EXR files.
+    #[arg(skip)]
+    pub(super) command: Option<String>,
 }
 
 /// Formats of a picture on the standard output.
@@ -114,9 +128,16 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     let mut library = Library::new(args);
     let (world, samples) = world(args, &mut library, err)?;
     let prepared = started.elapsed();
+    let [width, height] = world.view.resolution();
+    if let Some(crop) = &args.crop {
+        crop.check((width, height)).map_err(Failure::usage)?;
+    }
     let mut picture = picture(args, &world, samples, &library.sources)?;
     if args.denoise {
         on_threads(args.threads, || render::denoise(&mut picture))?;
+    }
+    if let Some(crop) = &args.crop {
+        picture.crop(crop.columns.clone(), crop.rows.clone());
     }
     let rendered = started.elapsed() - prepared;
     let shading = said(&picture, &library.sources, args, err);
@@ -131,6 +152,8 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
         curve: args.view.view.unwrap_or_default(),
         exposure: args.exposure.exposure.unwrap_or(0.0),
         half: args.half,
+        part: args.crop.as_ref().and_then(|crop| crop.part((width, height))),
+        command: args.command.as_deref(),
         ..Stored::default()
     };
     let file = stored.file(&picture, named, (!piped).then_some(&*args.output))?;
@@ -159,9 +182,10 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     let textures = textures(args);
     let services =
         || Services { ray: "camera".to_string(), textures: textures.clone(), ..Services::default() };
-    let around = Surroundings { size: args.size.map(|(w, h)| [w, h]), services: &services };
+    let around = Surroundings { size: args.grid.map(|(w, h)| [w, h]), services: &services };
     let world = (!messages.failed()).then(|| {
         let mut networks = Networks::new(&description, library, &mut messages);
+        networks.give(&args.params, &mut messages);
         scene::build(&description, &mut networks, &around, &mut messages)
     });
     // Errors in a shader are reported; the scene is rendered without that shader.
@@ -201,6 +225,7 @@ fn picture(args: &RenderArgs, world: &World, samples: u32, sources: &SourceMap) 
         samples: args.samples.unwrap_or(samples),
         max_error: args.max_error,
         seed: args.seed,
+        crop: args.crop.as_ref().map(|crop| crop.with_border(if args.denoise { render::REACH } else { 0 })),
         ..RenderOptions::default()
     };
     let bar = progress(1000, "");

@@ -20,7 +20,6 @@ use osl_measure::explain;
 use osl_measure::sample::Shading;
 use osl_numeric::Arithmetic;
 use osl_scene::{Crop, WithData};
-use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -205,7 +204,7 @@ fn shaded(
     if args.closures && plan != Plan::Plain {
         return Err(Failure::usage("--closures wants one sample for each pixel"));
     }
-    cropped(args, plan)?;
+    cropped(args, plan, lit.preview)?;
     let request = Request { more_taps: *more_taps, ..Request::of(args) };
     let loaded = load::load(&request, err)?;
     if let Some(reads) = reads {
@@ -217,9 +216,6 @@ fn shaded(
         return preview::run((args, lit), loaded, started, about, streams);
     }
     if args.on.on.is_some() {
-        if args.sampling.is_given() {
-            return Err(Failure::usage("samples and filters are for the grid, not for --on"));
-        }
         return on::run(args, &loaded, started, about, streams);
     }
     let outputs = loaded.outputs(args);
@@ -342,20 +338,7 @@ fn shaded(
             }
         }
     }
-    let mut missed = false;
-    if let Some(said) = &said {
-        let _ = write!(err, "{}", shown(&said.notes));
-        let _ = match (args.stats, &args.live) {
-            (true, _) => write!(err, "{}", said.text),
-            (false, None) => write!(out, "{}", said.text),
-            // A page has its own place for it.
-            (false, Some(_)) => Ok(()),
-        };
-        if let Some(why) = &said.missed {
-            let _ = writeln!(err, "warning: {}", shown(why));
-            missed = true;
-        }
-    }
+    let missed = said.as_ref().is_some_and(|said| said.print(args, out, err));
     if let Some(path) = &args.profile {
         if about.is_none() {
             profile::print(&frame.profile, &sources, err);
@@ -383,13 +366,11 @@ fn shaded(
 }
 
 /// Fails if a part of the picture cannot be computed alone, or is not in the picture.
-fn cropped(args: &RunArgs, plan: Plan) -> Result<(), Failure> {
+fn cropped(args: &RunArgs, plan: Plan, is_lit: bool) -> Result<(), Failure> {
     let Some(crop) = &args.crop else { return Ok(()) };
-    let (width, height) = args.grid;
-    if crop.columns.end > width || crop.rows.end > height {
-        return Err(Failure::usage(format!(
-            "--crop: the picture has {width} columns and {height} rows, so X1 is at most {width} and Y1 at most {height}"
-        )));
+    crop.check(args.grid).map_err(Failure::usage)?;
+    if is_lit {
+        return Ok(());
     }
     if args.on.on.is_some() {
         return Err(Failure::usage("--crop is for the grid, not for --on"));

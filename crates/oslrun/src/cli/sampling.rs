@@ -2,7 +2,7 @@
 //! of samples per pixel other than one.
 
 use super::Failure;
-use super::args::SampleArgs;
+use super::args::{RunArgs, SampleArgs};
 use super::bounds::{Resolved, short};
 use super::output::Rows;
 use super::within::Reached;
@@ -11,6 +11,7 @@ use osl_measure::sample::{
     Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, PROMISED, Pattern, Rate, Reach,
     Shading, Surface, Tally, Watch, adaptive, at_rate, likely, max_error_each, outputs, reaches,
 };
+use osl_syntax::escape::shown;
 use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Range;
@@ -82,7 +83,7 @@ impl SampleArgs {
 }
 
 impl Plan {
-    fn filter(self) -> Filter {
+    pub(super) fn filter(self) -> Filter {
         match self {
             Plan::Plain | Plan::Rate(_) => Filter::default(),
             Plan::Samples(_, kind, width)
@@ -93,7 +94,7 @@ impl Plan {
     }
 
     /// The number of samples for which the sample pattern is built.
-    fn samples(self) -> u32 {
+    pub(super) fn samples(self) -> u32 {
         match self {
             Plan::Samples(samples, ..) => samples,
             _ => 64,
@@ -158,15 +159,9 @@ impl Target {
         }))
     }
 
-    /// The bounds in words: a number, or one for each output.
+    /// The bounds in words.
     fn named(&self) -> String {
-        let first = self.each.first().map(|own| own.bound);
-        if self.each.iter().all(|own| Some(own.bound) == first) {
-            return first.map_or_else(String::new, short);
-        }
-        let list: Vec<String> =
-            self.each.iter().map(|own| format!("{} of {}", short(own.bound), own.output)).collect();
-        list.join(", ")
+        named(&self.each)
     }
 
     /// Whether the image misses its bounds, in words. The comparison with an oracle decides if it is sure;
@@ -194,6 +189,30 @@ impl Target {
             )
         })
     }
+}
+
+/// Bounds in words: a number, or one for each output.
+fn named(bounds: &[Resolved]) -> String {
+    let first = bounds.first().map(|own| own.bound);
+    if bounds.iter().all(|own| Some(own.bound) == first) {
+        return first.map_or_else(String::new, short);
+    }
+    let list: Vec<String> =
+        bounds.iter().map(|own| format!("{} of {}", short(own.bound), own.output)).collect();
+    list.join(", ")
+}
+
+/// Why an image of a surface misses its bounds, if this share of its pixels, as estimated, exceeds them.
+pub(super) fn missed(bounds: &[Resolved], share: f64) -> Option<String> {
+    (share > PROMISED).then(|| {
+        format!(
+            "the error bound {} is missed: {:.2} % of the pixels of the surface, as estimated, exceed it, and {} % may; \
+             --samples N permits more samples",
+            named(bounds),
+            100.0 * share,
+            100.0 * PROMISED
+        )
+    })
 }
 
 /// The share of the pixels above their bound: its limits with a confidence of 95 %; the share itself if all
@@ -241,6 +260,35 @@ pub(super) struct Said {
 pub(super) struct Kept {
     bounds: Vec<Resolved>,
     kept: bool,
+}
+
+impl Kept {
+    /// Bounds that an image keeps or not.
+    pub(super) fn of(bounds: Vec<Resolved>, kept: bool) -> Kept {
+        Kept { bounds, kept }
+    }
+}
+
+impl Said {
+    /// Prints the report. Returns whether the image misses its bounds.
+    pub(super) fn print(
+        &self,
+        args: &RunArgs,
+        out: &mut dyn std::io::Write,
+        err: &mut dyn std::io::Write,
+    ) -> bool {
+        let _ = write!(err, "{}", shown(&self.notes));
+        let _ = match (args.stats, &args.live) {
+            (true, _) => write!(err, "{}", self.text),
+            (false, None) => write!(out, "{}", self.text),
+            // A page has its own place for it.
+            (false, Some(_)) => Ok(()),
+        };
+        if let Some(why) = &self.missed {
+            let _ = writeln!(err, "warning: {}", shown(why));
+        }
+        self.missed.is_some()
+    }
 }
 
 impl<'a, 'b> Sampled<'a, 'b> {

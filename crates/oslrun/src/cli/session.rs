@@ -72,6 +72,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         isa: args.isa.unwrap_or_else(Isa::detect),
         closures: args.closures,
         profile: args.profile.is_some(),
+        steps: args.steps,
         ..RunOptions::default()
     }
 }

@@ -24,7 +24,8 @@ fn a_compiled_shader_is_the_same_image() {
     let (code, out, err) = command(&["compile", &source, "-o", &oso]);
     assert_eq!((code, out), (0, format!("wrote {oso}\n")), "{err}");
     for (shader, image) in [(&source, &first), (&oso, &second)] {
-        let (code, _, err) = command(&[shader, "-g", "40x30", "-p", "radius=0.2", "-o", image]);
+        let (code, _, err) =
+            command(&[shader, "-g", "40x30", "-p", "radius=0.2", "--no-command", "-o", image]);
         assert_eq!(code, 0, "{err}");
     }
     assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());

@@ -76,8 +76,8 @@ fn values_are_those_of_the_whole_picture() {
 #[test]
 fn the_whole_picture_is_no_part() {
     let folder = folder();
-    image(&folder, "@/s.osl -g 30x20", "whole.exr");
-    image(&folder, "@/s.osl -g 30x20 --crop 0,30,0,20", "part.exr");
+    image(&folder, "@/s.osl -g 30x20 --no-command", "whole.exr");
+    image(&folder, "@/s.osl -g 30x20 --crop 0,30,0,20 --no-command", "part.exr");
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(bytes("whole.exr") == bytes("part.exr"));
 }
@@ -132,11 +132,34 @@ fn what_cannot_be_cut_is_refused_with_a_reason() {
         ("--crop 0,9,0,9 --adaptive 0.1", "other values than the whole picture"),
         ("--crop 0,9,0,9 --shading-rate 2x2", "other values than the whole picture"),
         ("--crop 0,9,0,9 --on sphere", "not for --on"),
-        ("--crop 0,9,0,9 --preview -o @/a.png", "cannot be used with"),
+        ("--crop 0,91,0,9 --preview -o @/a.png", "X1 is at most 90"),
     ] {
         let (code, _, err) = oslrun_at(folder.path(), &format!("@/s.osl -g 90x70 {args}"));
         assert!(code == 2 && err.contains(word), "{args}: {code} {err}");
     }
     let (code, _, err) = oslrun_at(folder.path(), "explain @/s.osl --crop 0,9,0,9");
     assert!(code == 2 && err.contains("--crop has no effect in `explain`"), "{err}");
+}
+
+const SCENE: &str = "options\n{\n xres 90\n yres 70\n AA_samples 1\n}
+persp_camera\n{\n name c\n position 0 0 5\n look_at 0 0 0\n}
+lambert\n{\n name mat\n}
+sphere\n{\n name s\n radius 1\n shader mat\n}
+sky\n{\n name sky\n color 1 1 1\n}
+";
+
+#[test]
+fn parts_of_pictures_with_light_have_the_values_of_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.osl"), "shader s(output color c = 0) { c = color(u, v, 0.5); }")
+        .unwrap();
+    std::fs::write(folder.path().join("a.ass"), SCENE).unwrap();
+    for line in ["@/s.osl -g 90x70 --preview", "@/s.osl -g 90x70 --preview --raw", "render @/a.ass --denoise"]
+    {
+        let whole = image(&folder, line, "whole.exr");
+        let part = image(&folder, &format!("{line} --crop 37,70,25,60"), "part.exr");
+        assert_eq!((part.width, part.height), (33, 35), "{line}");
+        assert_eq!((whole.width, whole.height), (90, 70));
+        same(&part, &whole, (37, 25));
+    }
 }

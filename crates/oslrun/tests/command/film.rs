@@ -75,13 +75,13 @@ fn frames_have_their_time_and_their_file() {
         assert_eq!(code, 0, "{err}");
         out
     };
-    let out = run("@/s.osl -g 3x3 --frames 11-13 -o @/film.####.exr");
+    let out = run("@/s.osl -g 3x3 --no-command --frames 11-13 -o @/film.####.exr");
     let wrote: Vec<&str> = out.lines().filter(|line| line.starts_with("wrote")).collect();
     assert_eq!(wrote, [11, 12, 13].map(|n| format!("wrote @/film.00{n}.exr")));
-    run("@/s.osl -g 3x3 --time 0.5 -o @/one.exr");
+    run("@/s.osl -g 3x3 --no-command --time 0.5 -o @/one.exr");
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(bytes("film.0012.exr") == bytes("one.exr") && bytes("film.0011.exr") != bytes("one.exr"));
-    run("@/s.osl -g 3x3 --frames 25 --fps 50 -o @/fast#.exr");
+    run("@/s.osl -g 3x3 --no-command --frames 25 --fps 50 -o @/fast#.exr");
     assert!(bytes("fast25.exr") == bytes("one.exr"));
 }
 

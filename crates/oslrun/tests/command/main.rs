@@ -38,6 +38,7 @@ mod manners;
 mod networks;
 mod on;
 mod preview;
+mod render;
 mod sampling;
 mod sanitize;
 mod scripts;

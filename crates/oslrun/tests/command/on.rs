@@ -152,6 +152,8 @@ fn what_is_wrong_is_said() {
     );
     assert!(fails(&["--displace", "out"]).contains("--on"));
     assert!(fails(&["--on", "cube", "--eye", "0,0,0"]).contains("camera has no direction"));
+    assert!(fails(&["--on", "cube", "--shading-rate", "2x2"]).contains("are for the grid"));
+    assert!(fails(&["--on", "cube", "--within", "1s"]).contains("are for the grid"));
     let zero = fails(&["--on", "cube", "--object-space", "1 0 0 0 0 0 0 0 0 0 1 0 0 0 0 1"]);
     assert!(zero.contains("inverted"), "{zero}");
 }
@@ -181,4 +183,67 @@ fn the_picture_is_the_same_on_any_number_of_threads() {
         &dir.path().join("c.exr"),
     );
     assert!(one == four && one == scalar);
+}
+
+/// A checker whose squares are smaller than pixels near the poles, and a constant.
+const CHECKER: &str = "shader s(output float checker = 0, output float one = 0) {
+    checker = (int)(floor(u * 24) + floor(v * 12)) % 2; one = 1;
+    if (v > 0.999) warning(\"at the pole\");
+}";
+
+#[test]
+fn samples_smooth_the_picture_and_its_edge() {
+    let dir = tempfile::tempdir().unwrap();
+    let shader = file(dir.path(), "s.osl", CHECKER);
+    let made =
+        |more: &[&str]| shade(&shader, &[&["--on", "sphere"], more].concat(), &dir.path().join("a.exr"));
+    let sharp = made(&[]);
+    let reference = made(&["--samples", "1024"]);
+    let off = |image: &ImageData, name: &str| {
+        let (a, b) = (channel(image, name), channel(&reference, name));
+        (a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum::<f32>() / a.len() as f32).sqrt()
+    };
+    let alpha = channel(&reference, "A");
+    assert!(alpha.iter().any(|a| (0.1..0.9).contains(a)) && alpha.iter().all(|a| (0.0..=1.0).contains(a)));
+    for (value, alpha) in channel(&reference, "one").iter().zip(&alpha) {
+        assert_eq!(*value, f32::from(u8::from(*alpha > 0.0)), "a constant has no edge");
+    }
+    let smooth = made(&["--samples", "64"]);
+    assert!(off(&smooth, "checker") < 0.1 * off(&sharp, "checker"), "{}", off(&smooth, "checker"));
+    assert!(off(&smooth, "A") < 0.1 * off(&sharp, "A"), "{}", off(&smooth, "A"));
+    for filter in ["box", "gaussian", "blackman-harris", "mitchell"] {
+        let filtered = made(&["--samples", "64", "--filter", filter]);
+        assert!(off(&filtered, "checker") < 0.4, "{filter}: {}", off(&filtered, "checker"));
+    }
+    assert!(made(&["--samples", "64", "--threads", "1"]) == smooth);
+}
+
+#[test]
+fn error_bounds_hold_on_a_surface() {
+    let dir = tempfile::tempdir().unwrap();
+    let shader = file(dir.path(), "s.osl", CHECKER);
+    let out = dir.path().join("a.exr");
+    let path = out.display().to_string();
+    let base = [shader.as_str(), "-g", "32x32", "--on", "sphere", "-o", &path];
+    let run = |more: &[&str]| oslrun(&[&base[..], more].concat());
+    let (code, said, err) = run(&["--max-error", "checker=10%"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(said.contains("evaluations a pixel"), "{said}");
+    assert!(
+        err.contains("10 % of the range of checker (0 to 1 at")
+            && err.contains("`one`") | err.contains("of one"),
+        "{err}"
+    );
+    assert!(err.contains("warning") && err.contains("at the pole"), "{err}");
+    let found = channel(&read_image(&out).unwrap(), "checker");
+    let reference = shade(&shader, &["--on", "sphere", "--samples", "4096"], &dir.path().join("b.exr"));
+    let wrong = found.iter().zip(channel(&reference, "checker")).filter(|(a, b)| (*a - b).abs() > 0.1);
+    assert!(wrong.count() <= 10, "of 1024 pixels");
+    let (code, _, err) = run(&["--max-error", "0.01", "--samples", "8"]);
+    assert!(
+        code == 1 && err.contains("the error bound 0.01 is missed") && err.contains("--samples N"),
+        "{err}"
+    );
+    let (code, said, err) = run(&["--adaptive", "0.05"]);
+    assert!(code == 0 && said.contains("with 4,"), "{said}{err}");
 }

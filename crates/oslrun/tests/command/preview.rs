@@ -144,3 +144,34 @@ fn mistakes_are_named() {
     assert!(said(&["--preview"]).contains("--output"));
     assert!(said(&["--base", "tint", "-o", &out]).contains("--preview"));
 }
+
+#[test]
+fn the_commands_of_the_gallery_work() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = std::fs::read_to_string(root.join("docs/gallery.md")).unwrap();
+    let root = root.display().to_string();
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("a.png").display().to_string();
+    let mut count = 0;
+    for line in page.lines().filter(|line| line.starts_with("| ![]")) {
+        let (picture, command) = line.trim_end_matches("` |").split_once(") | ").unwrap();
+        let picture = picture.trim_start_matches("| ![](");
+        assert!(Path::new(&root).join("docs").join(picture).is_file(), "{picture}");
+        let (_, command) = command.split_once("`oslrun ").unwrap();
+        let (command, _) = command.split_once(" -o ").unwrap();
+        let word = |word: &str| match word.split_once("examples/") {
+            Some((before, rest)) => format!("{before}{root}/examples/{rest}"),
+            None if word.starts_with("osl/") => format!("{root}/{word}"),
+            None => word.to_string(),
+        };
+        let words: Vec<String> = command.split(' ').map(word).collect();
+        let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
+        words.extend(["-g", "12x12", "-o", &out]);
+        let (code, _, err) = oslrun(&words);
+        assert!(code == 0 && !err.contains("error"), "{command}: {err}");
+        std::fs::remove_file(&out).unwrap();
+        count += 1;
+    }
+    let nodes = std::fs::read_dir(format!("{root}/osl/nodes")).unwrap().count();
+    assert!(count >= 6 + nodes, "{count} pictures of 6 shaders and {nodes} nodes");
+}

@@ -39,11 +39,11 @@ fn bytes(folder: &TempDir, name: &str) -> Vec<u8> {
 #[test]
 fn one_sample_writes_the_same_file() {
     let folder = folder();
-    ok(&folder, &["@/s.osl", "-g", "40x30", "-o", "@/a.exr"]);
+    ok(&folder, &["@/s.osl", "-g", "40x30", "--no-command", "-o", "@/a.exr"]);
     for option in
         [&["--samples", "1"][..], &["--shading-rate", "1x1"], &["--samples", "1", "--filter", "gaussian"]]
     {
-        let mut args = vec!["@/s.osl", "-g", "40x30", "-o", "@/b.exr"];
+        let mut args = vec!["@/s.osl", "-g", "40x30", "--no-command", "-o", "@/b.exr"];
         args.extend(option);
         ok(&folder, &args);
         assert_eq!(bytes(&folder, "a.exr"), bytes(&folder, "b.exr"), "{option:?}");
@@ -94,7 +94,8 @@ fn an_error_may_be_a_share_of_the_range_and_differ_by_output() {
         "shader s(output float r = 0, output float w = 0) { r = step(0.437, u + 0.3 * v); w = 100 * r; }";
     std::fs::write(folder.path().join("w.osl"), text).unwrap();
     let file = |shader: &str, error: &str| {
-        let (_, err) = ok(&folder, &[shader, "-g", "96x80", "-o", "@/a.exr", "--max-error", error]);
+        let (_, err) =
+            ok(&folder, &[shader, "-g", "96x80", "--no-command", "-o", "@/a.exr", "--max-error", error]);
         (bytes(&folder, "a.exr"), err)
     };
     let (shares, notes) = file("@/w.osl", "10%");
@@ -155,7 +156,10 @@ fn a_time_gives_the_picture_of_the_samples_that_it_names() {
         for name in ["a.exr", "a.c.png"] {
             let path = if name == "a.exr" { "@/a.exr" } else { "@/a.png" };
             let run = |plan: &[&str]| {
-                let (out, _) = ok(&folder, &[&["@/s.osl", "-g", "40x30", "-o", path], plan, more].concat());
+                let (out, _) = ok(
+                    &folder,
+                    &[&["@/s.osl", "-g", "40x30", "--no-command", "-o", path], plan, more].concat(),
+                );
                 (bytes(&folder, name), out)
             };
             let (timed, out) = run(&["--within", time]);
@@ -206,13 +210,13 @@ fn nonsense_is_refused_in_words() {
         (&["--within", "1s", "--max-error", "2%"], "cannot be used with"),
         (&["--within", "1s", "--adaptive", "0.1"], "cannot be used with"),
         (&["--within", "1s", "--preview", "-o", "@/a.png"], "cannot be used with"),
-        (&["--within", "1s", "--on", "sphere"], "not for --on"),
+        (&["--within", "1s", "--on", "sphere"], "are for the grid"),
         (&["--max-error", "-2%"], "a share of the range is above 0 %"),
         (&["--max-error", "abc%"], "a share of the range is above 0 %"),
         (&["--max-error", "200%"], "up to 100 %"),
         (&["--max-error", "r=1%,r=2%"], "`r` is named twice"),
         (&["--max-error", "x=1%"], "`x` is no output of this picture; its outputs are r, c"),
-        (&["--max-error", "2%", "--on", "sphere"], "not for --on"),
+        (&["--max-error", "x=2%", "--on", "sphere"], "`x` is no output of this picture"),
         (&["--max-error", "r=2%", "--preview", "-o", "@/a.png"], "it is one number for all"),
         (&["--max-error", "0.1", "--adaptive", "0.1"], "cannot be used with"),
         (&["--closures", "--samples", "4"], "one sample"),

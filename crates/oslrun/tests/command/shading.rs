@@ -1,6 +1,7 @@
 //! Errors of a running shader: the image is written, each message has a line with its points, and the last
 //! line counts.
 
+use crate::in_process::oslrun_at;
 use std::path::Path;
 use std::process::Command;
 
@@ -172,4 +173,36 @@ fn texts_that_vary_do_not_fill_the_screen() {
     );
     assert_eq!(lines[5], "error: s.osl:1: and 4 other messages of this line");
     assert!(ran.out.contains("9 errors while shading"), "{}", ran.out);
+}
+
+#[test]
+fn steps_are_those_of_each_point() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(
+        dir.path().join("s.osl"),
+        "shader s(output float f = 0) {
+            for (int i = 0; i < 10 * u; i++) f += sin(i * v);
+            if (v > 0.5) for (int i = 0; i < 5 + u; i++) f += cos(f);
+        }",
+    )
+    .unwrap();
+    let steps = |more: &str| {
+        let (code, _, err) = oslrun_at(dir.path(), &format!("@/s.osl -g 33x17 --steps -o @/a.exr {more}"));
+        assert_eq!(code, 0, "{err}");
+        let image = osl_image::read_image(&dir.path().join("a.exr")).unwrap();
+        assert_eq!(image.channels, ["f", "steps"]);
+        image.plane(1)
+    };
+    let usual = steps("");
+    for more in ["--batch 1", "--batch 16", "--threads 1 --batch 48", "--isa baseline"] {
+        assert_eq!(steps(more), usual, "{more}");
+    }
+    // Rounds of the loop, and the branch.
+    for row in usual.chunks(33) {
+        assert!(row[0] < row[16] && row[16] < row[32], "{row:?}");
+        assert!(row.windows(2).all(|pair| pair[0] <= pair[1]), "{row:?}");
+    }
+    assert!(usual[0] < usual[16 * 33]);
+    let (code, _, err) = oslrun_at(dir.path(), "@/s.osl --steps --samples 4 -o @/b.exr");
+    assert!(code == 2 && err.contains("cannot be used with"), "{err}");
 }

@@ -1,4 +1,4 @@
-//! The name of the program in the pictures that it writes.
+//! The name of the program in the pictures that it writes, and the command in EXR files.
 
 use crate::in_process::oslrun_at;
 use osl_image::read_image;
@@ -18,7 +18,7 @@ fn written(folder: &Path, line: &str, name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn pictures_name_the_program_and_nothing_else() {
+fn pictures_name_the_program() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     std::fs::write(folder.join("s.osl"), SHADER).unwrap();
@@ -38,10 +38,44 @@ fn pictures_name_the_program_and_nothing_else() {
         let bytes = written(folder, line, name);
         let expected = if name.ends_with("png") { &png } else { &exr };
         assert!(contains(&bytes, expected.as_bytes()), "{line}");
-        assert!(!contains(&bytes, b"s.osl"), "{line}");
+        let has_command = name.ends_with("exr") && !line.starts_with("compare");
+        assert_eq!(contains(&bytes, b"s.osl"), has_command, "{line}");
+        assert!(!contains(&bytes, folder.to_string_lossy().as_bytes()), "{line}: no folder");
         assert!(!read_image(&folder.join(name)).unwrap().samples.is_empty(), "{line}");
     }
     // Other commands with the same picture write the same file.
     let first = written(folder, "@/s.osl -g 8x4 -o @/a.png", "a.png");
     assert_eq!(written(folder, "@/s.osl -g 8x4 -p k=1 --threads 1 -o @/b.png", "b.png"), first);
+}
+
+/// The text of an attribute of an EXR file.
+fn attribute<'a>(bytes: &'a [u8], name: &str) -> Option<&'a str> {
+    let start = format!("{name}\0string\0");
+    let at = bytes.windows(start.len()).position(|window| window == start.as_bytes())? + start.len();
+    let length = u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+    std::str::from_utf8(&bytes[at + 4..at + 4 + length]).ok()
+}
+
+#[test]
+fn exr_files_have_the_command_without_folders() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("s.osl"), SHADER).unwrap();
+    let scene = "options\n{\n xres 8\n yres 4\n AA_samples 1\n}\npersp_camera\n{\n name c\n position 0 0 5\n}\n\
+                 lambert\n{\n name mat\n}\nsphere\n{\n name s\n radius 1\n shader mat\n}\n";
+    std::fs::write(folder.join("a.ass"), scene).unwrap();
+    let command = |line: &str, name: &str| {
+        attribute(&written(folder, line, name), "oslrun:command").map(str::to_string)
+    };
+    let said = command("@/s.osl -g 8x4 --threads 2 -p k=0.5 --texture-path @ --stats -o @/a.exr", "a.exr");
+    assert_eq!(said.as_deref(), Some("oslrun s.osl -g 8x4 -p k=0.5"));
+    let said = command("@/s.osl -g 16x16 --preview --samples 1 -o @/a.exr", "a.exr");
+    assert_eq!(said.as_deref(), Some("oslrun s.osl -g 16x16 --preview --samples 1"));
+    let said = command("render @/a.ass -p mat.Kd=0.5 -o @/a.exr", "a.exr");
+    assert_eq!(said.as_deref(), Some("oslrun render a.ass -p mat.Kd=0.5"));
+    assert_eq!(command("@/s.osl -g 8x4 --no-command -o @/a.exr", "a.exr"), None);
+    // How the program is run changes no byte.
+    let first = written(folder, "@/s.osl -g 8x4 -o @/a.exr", "a.exr");
+    assert_eq!(written(folder, "@/s.osl -g 8x4 --threads 1 --batch 16 -o @/b.exr", "b.exr"), first);
+    assert!(contains(&first, b"chromaticities\0chromaticities\0"), "a color");
 }

@@ -226,12 +226,15 @@ fn a_picture_with_an_error_has_the_bits_of_the_command_line_and_says_its_cost() 
         assert_eq!(black > 0, error == "10%", "{words}");
         assert!(samples.chunks(3).any(|pixel| pixel == [255; 3]), "{words}");
     }
+    let state = json!({ "output": "c", "on": "sphere", "max_error": "10%" });
+    let (_, samples) = picture(&mut page, state);
+    let words = ["-g", "64x48", "--outputs", "c", "--on", "sphere", "--max-error", "10%"];
+    assert!(samples == samples_of(&[&[file.as_str()], &words[..]].concat()), "on a surface");
     // What makes no sense is said.
     for (state, why) in [
         (json!({ "max_error": "much" }), "much"),
         (json!({ "max_error": "0%" }), "above 0 %"),
-        (json!({ "max_error": "2%", "on": "sphere" }), "for the patch without light"),
-        (json!({ "max_error": "2%", "on": "sphere", "lit": true }), "for the patch without light"),
+        (json!({ "max_error": "2%", "on": "sphere", "lit": true }), "for a picture without light"),
         (json!({ "layer": "samples" }), "the same number of samples"),
     ] {
         page.state(state);
@@ -552,6 +555,28 @@ fn explanations_are_those_of_explain() {
     assert!(outside["messages"].to_string().contains("the last is 15,11"), "{outside}");
 }
 
+#[test]
+fn the_layer_of_the_cost_shows_the_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "shader s(output float f = 0) { for (int i = 0; i < 4 * u; i++) f += i; }";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "5x2"]);
+    let mut page = studio.page();
+    let (header, samples) = picture(&mut page, json!({ "layer": "cost" }));
+    let said = header["messages"][0]["message"].as_str().unwrap().to_string();
+    let (code, _, err) = oslrun_at(folder.path(), "@/s.osl -g 5x2 --steps -o @/a.exr");
+    assert_eq!(code, 0, "{err}");
+    let image = read_image(&folder.path().join("a.exr")).unwrap();
+    let steps = image.plane(image.channels.iter().position(|name| name == "steps").unwrap());
+    let (least, most) = (steps[0], steps[4]);
+    assert!(said.contains(&format!("white ({most} steps): at least {least}, on average ")), "{said}");
+    assert_eq!(header["channels"], 3);
+    assert_eq!(samples[12..15], [255; 3], "the last pixel of the first row");
+    assert!(samples[..3] != [255; 3] && samples[..15] == samples[15..]);
+    page.state(json!({ "layer": "cost", "on": "sphere" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("for the patch"));
+}
+
 const GOOD: &str = "shader s(float k = 1, output float f = 0) { f = k * u; }";
 
 #[test]
@@ -572,6 +597,8 @@ fn errors_on_disk_are_shown_at_their_lines_and_go_away() {
         (&json!("error"), &json!("s.osl"), &json!(2))
     );
     assert_eq!(shader["layers"], json!([]), "there is nothing to run");
+    let (code, lesson, _) = oslrun(&["explain-error", error["code"].as_str().unwrap()]);
+    assert_eq!((code, &shader["lessons"][error["code"].as_str().unwrap()]), (0, &json!(lesson.trim_end())));
     assert!(shader["text"].as_str().unwrap().contains("a comment"));
     // The page keeps its picture: it gets no other.
     page.until("failed");

@@ -154,6 +154,9 @@ pub(super) struct RunArgs {
     /// Compression of EXR files: none, rle, zip1, zip16, piz, pxr24.
     #[arg(long, value_name = "NAME", default_value = "zip16", value_parser = compression, help_heading = heading::PICTURE)]
     pub(super) compression: ExrCompression,
+    /// Do not write the command line into EXR files.
+    #[arg(long, help_heading = heading::PICTURE)]
+    pub(super) no_command: bool,
     /// Insert missing brackets before running, also in the shaders of a group; the edits are shown.
     #[arg(long, help_heading = heading::READING)]
     pub(super) repair: bool,
@@ -163,6 +166,10 @@ pub(super) struct RunArgs {
     /// Print times, points per second, and what each pass did.
     #[arg(long, help_heading = heading::MEASURING)]
     pub(super) stats: bool,
+    /// Add an output `steps`: the work that each point takes, in steps as the limit --max-steps counts them.
+    /// It depends on the shader and the point alone.
+    #[arg(long, conflicts_with_all = ["on", "samples", "filter", "shading_rate", "adaptive", "max_error", "within"], help_heading = heading::MEASURING)]
+    pub(super) steps: bool,
     /// Print how the values of each output are distributed: range, mean, standard deviation, and a bar for
     /// each sixteenth of the range.
     #[arg(long, help_heading = heading::MEASURING)]
@@ -213,6 +220,9 @@ pub(super) struct RunArgs {
     /// The options for reading the file.
     #[command(flatten)]
     pub(super) read: ReadArgs,
+    /// The command line for EXR files.
+    #[arg(skip)]
+    pub(super) command: Option<String>,
     /// Set if the values come from a page.
     #[arg(skip)]
     pub(super) live: Option<Live>,
@@ -234,9 +244,7 @@ impl RunArgs {
 
     /// Where the picture is in the whole one, if it is a part of it.
     pub(super) fn part(&self) -> Option<Part> {
-        let Crop { columns, rows } = self.crop.as_ref()?;
-        let is_part = self.size() != self.grid;
-        is_part.then_some(Part { first: (columns.start, rows.start), of: self.grid })
+        self.crop.as_ref()?.part(self.grid)
     }
 }
 
@@ -280,9 +288,10 @@ pub(super) struct OnArgs {
     /// point is the new position. A gain multiplies the movement (default: 1).
     #[arg(long, value_name = "OUTPUT[,GAIN]", requires = "seen", value_parser = gained, allow_hyphen_values = true, help_heading = heading::SURFACE)]
     pub(super) displace: Option<Gained>,
-    /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface.
-    #[arg(long, value_name = "N", requires = "seen", default_value_t = 1.0, help_heading = heading::SURFACE)]
-    pub(super) edge_pixels: f64,
+    /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface (default: 1, or 2
+    /// with --preview).
+    #[arg(long, value_name = "N", requires = "seen", help_heading = heading::SURFACE)]
+    pub(super) edge_pixels: Option<f64>,
     /// Split each face into four this many times, regardless of its size in the picture.
     #[arg(long, value_name = "N", requires = "seen", help_heading = heading::SURFACE)]
     pub(super) level: Option<u32>,

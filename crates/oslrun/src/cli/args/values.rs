@@ -1,7 +1,7 @@
 //! Values of options, from text. This module must not know which option has which kind of value.
 
 use osl_exec::Isa;
-use osl_image::{ExrCompression, ImageFormat};
+use osl_image::{ExrCompression, ImageFormat, Part};
 use osl_ir::passes::Pass;
 use osl_measure::sample::{FilterKind, Rate};
 use osl_numeric::Arithmetic;
@@ -27,6 +27,33 @@ pub(in crate::cli) fn grid(text: &str) -> Result<(usize, usize), String> {
 pub(in crate::cli) struct Crop {
     pub(in crate::cli) columns: Range<usize>,
     pub(in crate::cli) rows: Range<usize>,
+}
+
+impl Crop {
+    /// Its columns and rows with a border, for
+    /// [`RenderOptions::crop`](osl_scene::render::RenderOptions::crop).
+    pub(in crate::cli) fn with_border(&self, border: usize) -> [usize; 4] {
+        let Crop { columns, rows } = self;
+        let [x0, y0] = [columns.start, rows.start].map(|at| at.saturating_sub(border));
+        [x0, columns.end.saturating_add(border), y0, rows.end.saturating_add(border)]
+    }
+
+    /// Where it is in a picture of this size, if that has more pixels.
+    pub(in crate::cli) fn part(&self, of: (usize, usize)) -> Option<Part> {
+        let Crop { columns, rows } = self;
+        let is_part = (columns.len(), rows.len()) != of;
+        is_part.then_some(Part { first: (columns.start, rows.start), of })
+    }
+
+    /// Fails if it is not in a picture of so many columns and rows.
+    pub(in crate::cli) fn check(&self, (width, height): (usize, usize)) -> Result<(), String> {
+        match self.columns.end > width || self.rows.end > height {
+            true => Err(format!(
+                "--crop: the picture has {width} columns and {height} rows, so X1 is at most {width} and Y1 at most {height}"
+            )),
+            false => Ok(()),
+        }
+    }
 }
 
 pub(in crate::cli) fn crop(text: &str) -> Result<Crop, String> {

@@ -5,6 +5,7 @@
 //! [`line`] those about a line; [`save`] writes the file. This module reads the command line, starts the
 //! server and opens the browser. It must not know messages.
 
+mod cost;
 mod difference;
 mod export;
 mod line;
@@ -17,6 +18,7 @@ mod subject;
 
 use super::Failure;
 use super::args::RunArgs;
+use super::words::Left;
 use clap::{Args, Command};
 use osl_studio::{Options, Server, Token};
 use std::ffi::OsString;
@@ -101,35 +103,26 @@ fn open(url: &str) -> bool {
     command.stderr(Stdio::null()).spawn().is_ok()
 }
 
-/// Options that the page or the server has: with a value, and without.
-const OWN: [&str; 8] = ["--port", "--token", "-p", "--param", "--outputs", "--on", "-o", "--output"];
-const OWN_ALONE: [&str; 1] = ["--no-open"];
+/// Options that the page or the server has.
+const OWN: Left = Left {
+    valued: &["--port", "--token", "-p", "--param", "--outputs", "--on", "-o", "--output"],
+    alone: &["--no-open"],
+};
 
 /// The words of the command line of a picture that the page does not set: the program, and the other options.
 fn picture_words(words: &[OsString], file: &Path) -> Vec<String> {
-    let mut words = words.iter().map(|word| word.to_string_lossy().into_owned());
-    let mut kept = vec!["oslrun".to_string()];
-    let _ = words.next();
+    let words = words.iter().skip(1).map(|word| word.to_string_lossy().into_owned());
     let (mut command, mut file) = (Some(NAME.to_string()), Some(file.to_string_lossy().into_owned()));
-    while let Some(word) = words.next() {
-        if command.as_ref() == Some(&word) {
-            command = None;
-        } else if file.as_ref() == Some(&word) {
-            file = None;
-        } else if OWN.contains(&word.as_str()) {
-            let _ = words.next();
-        } else if !OWN_ALONE.contains(&word.as_str()) && !is_own(&word) {
-            kept.push(word);
+    let is_kept = |word: &String| {
+        let gone = if command.as_ref() == Some(word) { &mut command } else { &mut file };
+        let is_gone = gone.as_ref() == Some(word);
+        if is_gone {
+            *gone = None;
         }
-    }
-    kept
-}
-
-/// Whether a word is an option of the page together with its value: `--port=80`, `-pa=1`.
-fn is_own(word: &str) -> bool {
-    let is_short = |option: &&&str| !option.starts_with("--") && word.starts_with(**option);
-    let is_long = word.split_once('=').is_some_and(|(name, _)| OWN.contains(&name));
-    is_long || (!word.starts_with("--") && OWN.iter().find(is_short).is_some())
+        !is_gone
+    };
+    let kept = OWN.removed(words).into_iter().filter(is_kept);
+    std::iter::once("oslrun".to_string()).chain(kept).collect()
 }
 
 #[cfg(test)]

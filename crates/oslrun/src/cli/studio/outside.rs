@@ -65,7 +65,7 @@ pub(super) struct Marked {
 /// what the picture shows, with alpha after the color if `covered` is given. `range` are the values of black
 /// and white.
 pub(super) fn marked(
-    planes: &[Vec<f32>],
+    planes: &[impl AsRef<[f32]>],
     covered: Option<&[f32]>,
     samples: &[u8],
     range: (f32, f32),
@@ -75,7 +75,7 @@ pub(super) fn marked(
     let mut found = [0_usize; 5];
     let mut marked = Vec::with_capacity(samples.len() / channels.max(1) * 4);
     for (at, pixel) in samples.chunks_exact(channels.max(1)).enumerate() {
-        let mark = Mark::of(planes.iter().filter_map(|plane| plane.get(at).copied()));
+        let mark = Mark::of(planes.iter().filter_map(|plane| plane.as_ref().get(at).copied()));
         if covered.is_none_or(|covered| covered.get(at).is_some_and(|c| *c > 0.0))
             && let Some(count) = found.get_mut(mark as usize)
         {

@@ -7,7 +7,7 @@
 
 use super::difference::Pinned;
 use super::subject::{outputs, stop, told, watch};
-use super::{line, outside, rounding, samples};
+use super::{cost, line, outside, rounding, samples};
 use crate::cli::args::{RunArgs, SampleArgs};
 use crate::cli::bounds::bounds;
 use crate::cli::clock::Clock;
@@ -34,6 +34,8 @@ const OUTSIDE: &str = "outside";
 const DIFFERENCE: &str = "difference";
 /// The layer that shows where the samples are.
 const SAMPLES: &str = "samples";
+/// The layer that shows the work of each pixel.
+const COST: &str = "cost";
 /// The layer that shows the digits lost to rounding.
 const ROUNDING: &str = "rounding";
 /// The part of the time in which the shader runs.
@@ -51,6 +53,8 @@ enum Cover<'a> {
     Difference(&'a Pinned),
     /// The number of samples of each pixel.
     Samples,
+    /// The work of each pixel.
+    Cost,
     /// The digits that each pixel has lost to rounding.
     Rounding,
 }
@@ -71,12 +75,19 @@ impl<'a> Job<'a> {
         pinned: Option<&'a Pinned>,
         cancel: &'a Cancel,
     ) -> Result<Job<'a>, Stop> {
-        Ok(Job { cover: cover(state, pinned)?, args: chosen(args, state)?, state, cancel })
+        let mut job = Job { cover: cover(state, pinned)?, args: chosen(args, state)?, state, cancel };
+        job.args.steps = matches!(job.cover, Cover::Cost) && job.is_plain();
+        Ok(job)
     }
 
     /// Whether the picture has one sample for each pixel of the patch.
     pub(super) fn is_plain(&self) -> bool {
-        !self.state.lit && self.args.on.on.is_none() && !self.args.sampling.is_given()
+        self.is_patch() && !self.args.sampling.is_given()
+    }
+
+    /// Whether the picture shows the patch.
+    pub(super) fn is_patch(&self) -> bool {
+        !self.state.lit && self.args.on.on.is_none()
     }
 
     /// Makes the picture; with `first`, a small one before it.
@@ -84,7 +95,7 @@ impl<'a> Job<'a> {
         // A small picture has no difference to a pinned one of another size, and one sample for each pixel.
         let first = first.filter(|_| !matches!(self.cover, Cover::Difference(_) | Cover::Samples));
         // The program of a grid runs both pictures; that of a surface is compiled for each.
-        let is_grid = !self.state.lit && self.args.on.on.is_none();
+        let is_grid = self.is_patch();
         match first {
             Some(first) if is_grid && !matches!(self.cover, Cover::Rounding) => self.flat(Some(first), files),
             Some(First { step, show }) => {
@@ -193,8 +204,8 @@ impl<'a> Job<'a> {
 /// The options with the output and the range of a state. A picture with light has all outputs and no range.
 fn chosen(mut args: RunArgs, state: &State) -> Result<RunArgs, Stop> {
     if let Some(error) = &state.max_error {
-        if state.lit || args.on.on.is_some() {
-            return Err(Stop::error("an error bound is for the patch without light"));
+        if state.lit {
+            return Err(Stop::error("an error bound is for a picture without light"));
         }
         let max_error = Some(bounds(error).map_err(Stop::error)?);
         let SampleArgs { samples, filter, .. } = args.sampling;
@@ -266,6 +277,7 @@ fn cover<'a>(state: &State, pinned: Option<&'a Pinned>) -> Result<Cover<'a>, Sto
             }
         },
         Some(SAMPLES) => Ok(Cover::Samples),
+        Some(COST) => Ok(Cover::Cost),
         Some(ROUNDING) => Ok(Cover::Rounding),
         Some(layer) => Err(Stop::error(format!("a page has no layer {layer}"))),
     }
@@ -289,11 +301,11 @@ fn shown(kept: &run::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, 
     let started = Instant::now();
     let components = components(kept)?;
     let [first, ..] = components[..] else { return Err(Failure::new(output::EMPTY)) };
-    let values = components.iter().map(|plane| plane.floats()).collect();
-    let covered = kept.covered.as_ref().map(Plane::floats);
+    let values = components.iter().map(|plane| plane.as_floats()).collect();
+    let covered = kept.covered.as_ref().map(Plane::as_floats);
     let (name, ty) = (&*first.output, first.ty);
     let shown = args.display.shown(Some(ImageFormat::Png), (name, ty), values, covered.as_deref());
-    let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
+    let mut planes: Vec<&[f32]> = shown.planes.iter().map(AsRef::as_ref).collect();
     planes.extend(covered.as_deref());
     let (width, height) = args.size();
     let options = PngOptions { transfer: shown.transfer, depth: BitDepth::Eight, software: None };
@@ -319,6 +331,14 @@ fn shown(kept: &run::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, 
             let differing = pinned.difference(&Pinned::of(name, (width, height), &components))?;
             (picture.samples, picture.channels) = (differing.samples, 3);
             notes = vec![differing.words];
+        }
+        Cover::Cost => {
+            let counted = cost::shown(&kept.frame);
+            let counted = counted.ok_or_else(|| {
+                Failure::new("the layer of the cost is for the patch, with one sample for each pixel")
+            })?;
+            (picture.samples, picture.channels) = (counted.samples, 3);
+            notes = vec![counted.words];
         }
         Cover::Samples => {
             let counted = kept.said.as_ref().and_then(samples::shown);

@@ -23,6 +23,7 @@ use osl_limits::Cancel;
 use osl_scene::shape::Shape;
 use osl_studio::{Edit, Files, First, Layer, Line, Output, Picture, Saved, Shader, State, Stop, Subject};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
@@ -30,6 +31,8 @@ use std::path::{Component, Path, PathBuf};
 const ENDINGS: [&str; 4] = [SOURCE, "oso", "group", "oslgroup"];
 /// The ending of a source.
 pub(super) const SOURCE: &str = "osl";
+/// Endings of the image files that a page proposes for parameters.
+const IMAGES: [&str; 9] = ["exr", "hdr", "jpeg", "jpg", "png", "tex", "tif", "tiff", "tx"];
 /// The surface that is no surface: the grid.
 const PATCH: &str = "patch";
 
@@ -115,6 +118,19 @@ impl Studio {
     fn files(&self) -> Vec<String> {
         ENDINGS.iter().flat_map(|ending| input::names_in(self.folder(), ending)).collect()
     }
+
+    /// Image files in the folder and in the folders of textures.
+    fn images(&self) -> Vec<String> {
+        let folders =
+            || std::iter::once(self.folder()).chain(self.run.texture_path.iter().map(PathBuf::as_path));
+        let mut names: Vec<String> = IMAGES
+            .iter()
+            .flat_map(|ending| folders().flat_map(|folder| input::names_in(folder, ending)))
+            .collect();
+        names.sort();
+        names.dedup();
+        names
+    }
 }
 
 /// The error output of a command, as the objects of its lines.
@@ -131,6 +147,13 @@ pub(super) fn told(work: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> 
     drop(lines);
     let text = String::from_utf8_lossy(&bytes);
     (text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect(), failed)
+}
+
+/// The lessons of the codes of diagnostics.
+fn lessons(diagnostics: &[Value]) -> BTreeMap<String, String> {
+    let codes = diagnostics.iter().filter_map(|diagnostic| diagnostic["code"].as_str());
+    let text = |code: &str| osl::lessons::find(code).first().map(|lesson| lesson.text.trim_end().to_string());
+    codes.filter_map(|code| Some((code.to_string(), text(code)?))).collect()
 }
 
 /// The stop of work that failed with these messages.
@@ -166,6 +189,7 @@ impl Subject for Studio {
         let mut shader = Shader {
             file: path.strip_prefix(self.folder()).unwrap_or(&path).display().to_string(),
             files: self.files(),
+            images: self.images(),
             path: path.display().to_string(),
             command: self.words.clone(),
             given: self.run.params.clone(),
@@ -218,6 +242,7 @@ impl Subject for Studio {
             Ok(())
         };
         let (messages, failed) = told(work);
+        shader.lessons = lessons(&messages);
         shader.diagnostics = messages;
         shader.layers = if failed { Vec::new() } else { found };
         watch(reads, files);
@@ -234,13 +259,13 @@ impl Subject for Studio {
         let args = self.args(state, cancel)?;
         let path = args.file.clone().unwrap_or_default();
         let job = picture::Job::new(args, state, self.pinned.as_ref(), cancel)?;
-        let is_plain = job.is_plain();
+        let (is_plain, is_patch) = (job.is_plain(), job.is_patch());
         let mut picture = job.picture(first, files)?;
         let ran = picture.phases.iter().find(|(name, _)| *name == picture::RUN).map(|(_, seconds)| *seconds);
         match (ran, &self.plain) {
             (Some(seconds), _) if is_plain => self.plain = Some((path, picture.output.clone(), seconds)),
             (Some(seconds), Some((known, output, before)))
-                if state.max_error.is_some() && *known == path && *output == picture.output =>
+                if state.max_error.is_some() && is_patch && *known == path && *output == picture.output =>
             {
                 let message = format!(
                     "it ran for {:.0} ms; the last picture with one sample for each pixel ran for {:.0} ms",

@@ -14,6 +14,7 @@ use osl_exec::Plane;
 use osl_image::{ImageFormat, channel_bytes};
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -90,8 +91,9 @@ impl Sheet<'_> {
         let places = self.places();
         for (name, ty, components) in &outputs {
             let (planes, covered) = self.planes(name, *components, &places);
+            let planes = planes.into_iter().map(Cow::Owned).collect();
             let shown = args.display.shown(ImageFormat::of(&named), (name, *ty), planes, Some(&covered));
-            let mut planes = shown.planes;
+            let mut planes: Vec<Vec<f32>> = shown.planes.into_iter().map(Cow::into_owned).collect();
             for plane in &mut planes {
                 for (value, covered) in plane.iter_mut().zip(&covered) {
                     if *covered == 0.0 {
