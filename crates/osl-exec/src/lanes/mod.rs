@@ -15,7 +15,7 @@ use lane::{Lane, One};
 use osl_ir::ir::{Cost, Kind, LaneOp, MAX_ARGS};
 use osl_numeric::fast::FastFloat;
 use osl_simd::{FusedKernel, Isa, Kernel};
-pub(crate) use run::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane};
+pub(crate) use run::{Gather, LaneInput, LaneRun, Move, PIECE, Ready, ReadyArg, ReadyLane};
 use std::marker::PhantomData;
 
 /// An argument of a lane operation.
