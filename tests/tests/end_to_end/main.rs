@@ -26,6 +26,7 @@ mod made_of_chance;
 mod maps;
 mod nodes;
 mod oso;
+mod regions;
 mod reject;
 mod rules;
 mod same_bits;
