@@ -50,7 +50,9 @@ pub fn ways() -> Vec<Way> {
     ways.push(Way { without: SWITCHABLE.to_vec(), ..plain() });
     ways.push(Way { batch: 256, ..plain() });
     ways.push(Way { without: SWITCHABLE.to_vec(), batch: 256, isa: Isa::baseline(), ..plain() });
-    ways.push(Way { batch: 64, native: Native::Always, ..plain() });
+    let loops = vec![Pass::Unroll, Pass::Flatten];
+    ways.push(Way { without: loops, batch: 32, native: Native::Always, ..plain() });
+    ways.extend(Isa::all().into_iter().map(|isa| Way { batch: 64, native: Native::Always, isa, ..plain() }));
     ways.extend(Isa::all().into_iter().map(|isa| Way { isa, ..plain() }));
     ways
 }

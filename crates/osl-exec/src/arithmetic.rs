@@ -86,7 +86,7 @@ impl ArithmeticImpl for Fast {
     fn lanes(isa: Isa, mut run: LaneRun<'_, u32>) {
         let is_strict = |step: &Ready| match step {
             Ready::Lane(step) => step.op.precision() == Precision::Strict,
-            Ready::Gather(_) => true,
+            _ => true,
         };
         run.each_alike(is_strict, |strict, part| {
             if strict {
@@ -150,6 +150,7 @@ pub(crate) fn one<A: ArithmeticImpl>(isa: Isa, op: LaneOp, arg: &[A::Word], out:
         words: &[],
         cells: &[],
         indices: &[],
+        arrays: &mut [],
         broadcasts: &mut Default::default(),
         width: n,
         lanes: 0..n,

@@ -26,6 +26,8 @@ pub(crate) struct LaneRun<'a, W> {
     pub(crate) cells: &'a [Lanes<W>],
     /// For each group of cells, the cell of each lane.
     pub(crate) indices: &'a [Lanes],
+    /// Arrays with elements for each lane.
+    pub(crate) arrays: &'a mut [Lanes<W>],
     /// Buffers to broadcast single arguments to lanes.
     pub(crate) broadcasts: &'a mut [Vec<W>; MAX_ARGS],
     /// Lanes of each component of a register.
@@ -39,6 +41,20 @@ pub(crate) struct LaneRun<'a, W> {
 pub(crate) enum Ready {
     Lane(ReadyLane),
     Gather(Gather),
+    Load(Move),
+    Store(Move),
+}
+
+/// Copies a value from or to an element of an array, the same for all lanes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Move {
+    /// The array, and the first word of the element.
+    pub(crate) array: (u32, u32),
+    /// Number of words of the element for each lane.
+    pub(crate) words: u8,
+    /// Where the value is, and the distance between its components. A loaded one goes to a register.
+    pub(crate) value: LaneInput,
+    pub(crate) apart: u32,
 }
 
 /// Copies the values of cells to their lanes.
@@ -96,6 +112,17 @@ pub(crate) enum LaneInput {
     Cell(u32, u32),
 }
 
+impl LaneInput {
+    /// The location a number of words later.
+    pub(crate) fn after(self, words: u32) -> LaneInput {
+        match self {
+            LaneInput::Lanes(reg, word) => LaneInput::Lanes(reg, word + words),
+            LaneInput::Words(at) => LaneInput::Words(at + words),
+            LaneInput::Cell(reg, word) => LaneInput::Cell(reg, word + words),
+        }
+    }
+}
+
 impl<W: Word> LaneRun<'_, W> {
     /// Calls `run` with each piece of the lanes and, within it, with each longest part of the steps that
     /// `kind` judges alike.
@@ -111,6 +138,7 @@ impl<W: Word> LaneRun<'_, W> {
                 let Some(first) = steps.first() else { continue };
                 let LaneRun { isa, words, cells, indices, width, .. } = *self;
                 let (registers, broadcasts) = (&mut *self.registers, &mut *self.broadcasts);
+                let arrays = &mut *self.arrays;
                 let part = LaneRun {
                     isa,
                     steps,
@@ -118,6 +146,7 @@ impl<W: Word> LaneRun<'_, W> {
                     words,
                     cells,
                     indices,
+                    arrays,
                     broadcasts,
                     width,
                     lanes: start..end,
@@ -131,7 +160,7 @@ impl<W: Word> LaneRun<'_, W> {
     /// Calls `run` with each operation on each piece.
     #[inline(always)]
     pub(crate) fn each(self, run: impl Fn(LaneCall<'_, W>)) {
-        let LaneRun { isa, steps, registers, words, cells, indices, broadcasts, width, lanes } = self;
+        let LaneRun { isa, steps, registers, words, cells, indices, arrays, broadcasts, width, lanes } = self;
         let (mut start, end) = (lanes.start, lanes.end);
         while start < end {
             let lanes = PIECE.min(end - start);
@@ -140,6 +169,15 @@ impl<W: Word> LaneRun<'_, W> {
                     Ready::Lane(step) => step,
                     Ready::Gather(step) => {
                         step.run(isa, registers, (cells, indices), (start, lanes, width));
+                        continue;
+                    }
+                    Ready::Load(step) => {
+                        step.load(registers, arrays, (start, lanes, width));
+                        continue;
+                    }
+                    Ready::Store(step) => {
+                        let files = Files { before: registers, behind: &[], words, cells };
+                        step.store(&files, arrays, (start, lanes, width));
                         continue;
                     }
                 };
@@ -217,6 +255,53 @@ impl Gather {
         let count = usize::from(self.words);
         for (table, out) in tables.iter().skip(self.from.1 as usize).take(count).zip(out.chunks_mut(width)) {
             W::look_up(isa, table, index, &mut out[start..start + lanes]);
+        }
+    }
+}
+
+impl Move {
+    /// The lanes of the element's components.
+    fn element<'a, W: Word>(
+        &self,
+        arrays: &'a mut [Lanes<W>],
+        width: usize,
+    ) -> impl Iterator<Item = &'a mut [W]> {
+        let (array, first) = (self.array.0 as usize, self.array.1 as usize);
+        let words = arrays.get_mut(array).map_or(&mut [][..], |array| array.words_mut());
+        let words = words.get_mut(first..).unwrap_or_default();
+        words.chunks_mut(width).take(usize::from(self.words))
+    }
+
+    #[inline(always)]
+    fn load<W: Word>(
+        &self,
+        registers: &mut [Lanes<W>],
+        arrays: &mut [Lanes<W>],
+        (start, lanes, width): (usize, usize, usize),
+    ) {
+        let LaneInput::Lanes(reg, mut first) = self.value else { return };
+        let out = registers[reg as usize].words_mut();
+        for element in self.element(arrays, width) {
+            out[first as usize + start..][..lanes].copy_from_slice(&element[start..start + lanes]);
+            first += self.apart;
+        }
+    }
+
+    #[inline(always)]
+    fn store<W: Word>(
+        &self,
+        files: &Files<'_, W>,
+        arrays: &mut [Lanes<W>],
+        (start, lanes, width): (usize, usize, usize),
+    ) {
+        let mut from = self.value;
+        for element in self.element(arrays, width) {
+            let element = &mut element[start..start + lanes];
+            match files.find(from, start) {
+                Arg::Same(word) => element.fill(word[0]),
+                Arg::Each(words) => element.copy_from_slice(&words[..lanes]),
+            }
+            from = from.after(self.apart);
         }
     }
 }

@@ -6,17 +6,22 @@
 //! between compiled runs. The results have the same bits either way. The program keeps the plans, so that all
 //! threads and all runs share them.
 //!
-//! `plan` makes and executes plans; `record` turns the body of an operation into vector operations. This
-//! module must not know masks, or steps other than lane operations.
+//! Branches and loops are compiled as a whole, with everything in them.
+//!
+//! `plan` makes and executes plans; `record` turns the body of an operation into vector operations; `region`
+//! does so for the steps of a branch or a loop. Except for `region`, this module must not know masks, or
+//! steps other than lane operations.
 
 mod plan;
 mod record;
+mod region;
 
 use crate::arithmetic::Style;
 use crate::lanes::Ready;
 use osl_native::{Scratch, Target};
 use osl_simd::Isa;
 pub(crate) use plan::{Files, Plan};
+pub(crate) use region::{Form, RegionPlan, each_operand};
 use rustc_hash::FxHashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -35,6 +40,8 @@ pub enum Native {
 /// A sequence is compiled after it was executed for this many lanes, an estimate of the time for compiling
 /// it.
 const WORTH: usize = 4096;
+/// A branch or a loop is compiled after it took this many steps of work, summed over lanes.
+const STEPS_WORTH: u64 = 1 << 18;
 /// Fewer lanes count as this many, since a call takes as long as they do.
 const FEW: usize = 256;
 /// Maximum size of a program's code: the source is bounded, but code is longer.
@@ -69,6 +76,7 @@ type Name = (Shape, Box<[Key]>);
 #[derive(Debug, Default)]
 struct Made {
     plans: FxHashMap<Name, Option<Arc<Plan>>>,
+    regions: FxHashMap<(Shape, Form), Option<Arc<RegionPlan>>>,
     bytes: usize,
 }
 
@@ -95,6 +103,23 @@ impl Plans {
         made.bytes += plan.as_ref().map_or(0, |plan| plan.bytes());
         made.plans.insert(key, plan.clone());
         plan
+    }
+
+    /// The plan of a region in a form, made if it is known how; the inner `None` if it cannot have one.
+    fn region(
+        &self,
+        key: (Shape, Form),
+        make: Option<impl FnOnce(Shape) -> Option<RegionPlan>>,
+    ) -> Option<Option<Arc<RegionPlan>>> {
+        let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(plan) = made.regions.get(&key) {
+            return Some(plan.clone());
+        }
+        let make = make?;
+        let plan = if made.bytes < MAX_BYTES { make(key.0).map(Arc::new) } else { None };
+        made.bytes += plan.as_ref().map_or(0, |plan| plan.bytes());
+        made.regions.insert(key, plan.clone());
+        Some(plan)
     }
 }
 
@@ -149,6 +174,22 @@ impl PlanCache {
     pub(crate) fn shape(&self, style: Style, width: usize) -> Option<Shape> {
         let target = self.target;
         width.is_multiple_of(target.lanes()).then_some(Shape { width, style, target })
+    }
+
+    /// Whether work has been done often enough, at some steps for some lanes, to compile it.
+    pub(crate) fn is_worth(&self, steps: u64, lanes: usize) -> bool {
+        self.worth == 0 || steps.saturating_mul(lanes as u64) > STEPS_WORTH
+    }
+
+    /// The plan of a region in a form for batches of a shape: `None` if there is none yet and it is not to be
+    /// made, the inner `None` if it cannot have one.
+    pub(crate) fn region(
+        &self,
+        plans: &Plans,
+        key: (Shape, Form),
+        make: Option<impl FnOnce(Shape) -> Option<RegionPlan>>,
+    ) -> Option<Option<Arc<RegionPlan>>> {
+        plans.region(key, make)
     }
 
     /// The plan of a sequence for batches of a shape, if it has occurred often enough.

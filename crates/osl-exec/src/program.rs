@@ -23,8 +23,8 @@ use osl_numeric::Arithmetic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
-    Array, CellLocation, Export, KernelStep, LaneStep, Location, LoopParam, Mark, Operand, OutputPlan,
-    OutputSource, Seed, Step, Steps,
+    Array, CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark, Operand,
+    OutputPlan, OutputSource, Seed, Step, Steps, StoreStep,
 };
 pub(crate) use weight::SERIAL;
 
@@ -65,6 +65,8 @@ pub struct Program {
     pub(crate) native: Arc<Plans>,
     /// Number of groups of values per cell.
     pub(crate) groups: usize,
+    /// Number of branches and loops.
+    pub(crate) regions: u32,
     /// Whether everything that it does is uniform, so that one run is enough.
     pub(crate) uniform: bool,
     /// Steps charged to each point before anything runs.
@@ -92,7 +94,7 @@ fn has_loop(steps: &Steps) -> bool {
 /// Whether steps only compute values, without effects.
 fn is_quiet(steps: &Steps) -> bool {
     steps.list.iter().all(|step| match step {
-        Step::Lane(_) | Step::FindCells { .. } | Step::Load { .. } | Step::Store { .. } => true,
+        Step::Lane(_) | Step::FindCells { .. } | Step::Load(_) | Step::Store(_) => true,
         Step::Kernel(step) => !step.kernel.has_effect() && !step.kernel.is_varying(),
         Step::If { then, otherwise, .. } => is_quiet(then) && is_quiet(otherwise),
         Step::Loop { body, .. } => is_quiet(body),
@@ -106,7 +108,8 @@ impl Program {
         let mut compiler = Compiler::new(body);
         let steps = compiler.block(body.entry);
         let outputs = compiler.outputs();
-        let Compiler { registers, cells, words, globals, derivs, inputs, strings, marks, .. } = compiler;
+        let Compiler { registers, cells, words, globals, derivs, inputs, strings, marks, regions, .. } =
+            compiler;
         let arrays: Vec<Array> = body
             .slots
             .iter()
@@ -146,6 +149,7 @@ impl Program {
             numbers: strings.numbers,
             layers: body.layers.clone(),
             groups: per_cell::groups(body),
+            regions,
             native: Arc::default(),
             inputs: body.inputs.clone(),
             input_words: inputs,

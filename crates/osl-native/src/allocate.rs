@@ -1,12 +1,17 @@
 //! Turns a block into code: assigns registers to values and emits the instructions in order.
 //!
 //! The value needed next keeps its register. If there are too few registers, the value that is needed last
-//! gives up its register (Belady 1966) and moves to memory, unless it is there already. This module must not
-//! know where arrays are or who provides them, or the machine for which an [`Encoder`] writes code.
+//! gives up its register (Belady 1966) and moves to memory, unless it is there already. `region` does the
+//! same for loops and jumps. This module must not know where arrays are or who provides them, or the machine
+//! for which an [`Encoder`] writes code.
+
+mod region;
 
 use crate::block::Block;
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
 use crate::inst::{Array, Inst, Op};
+pub(crate) use region::carries;
+use region::{Entered, Lists};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
 
@@ -26,6 +31,12 @@ pub struct Assembled {
 
 /// Writes the code of a block.
 pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
+    let hoisted = (!block.regions.is_empty()).then(|| {
+        let mut block = block.clone();
+        block.hoist();
+        block
+    });
+    let block = hoisted.as_ref().unwrap_or(block);
     let (code, slots) = allocate::<E>(block);
     let (bytes, instructions) = code.finish();
     Assembled { instructions, bytes, slots }
@@ -33,12 +44,12 @@ pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
 
 /// Hands the operations of a block to an encoder. Returns it with the number of slots.
 pub(crate) fn allocate<E: Encoder>(block: &Block) -> (E, usize) {
-    let mut allocator = Allocator::<E>::new(block);
+    let needed = block.needed();
+    let mut allocator = Allocator::<E>::new(block, &needed);
     for (base, array) in allocator.bases.iter().enumerate() {
         allocator.code.pointer(Base(base as u8), *array);
     }
     allocator.code.begin();
-    let needed = block.needed();
     for (at, inst) in block.insts.iter().enumerate().filter(|(at, _)| needed[*at]) {
         allocator.inst(at as u32, inst);
     }
@@ -90,19 +101,24 @@ struct Allocator<'a, E> {
     slots: usize,
     /// The arrays that have a register.
     bases: Vec<u32>,
+    /// What regions read at their start and end, and those that control is in.
+    lists: Lists,
+    entered: Vec<Entered>,
+    /// The register in which a value should be made: that of the next round.
+    preferred: FxHashMap<u32, Register>,
 }
 
 impl<'a, E: Encoder> Allocator<'a, E> {
-    fn new(block: &'a Block) -> Self {
+    fn new(block: &'a Block, needed: &[bool]) -> Self {
         let count = block.insts.len();
         let mut first = vec![0u32; count + 1];
         let mut touched = vec![0usize; block.arrays.len()];
-        let needed = block.needed();
+        let lists = Lists::of(block, needed);
         let insts = || block.insts.iter().enumerate().filter(|(at, _)| needed[*at]);
         for (_, inst) in insts() {
-            inst.args().iter().for_each(|v| first[*v as usize + 1] += 1);
-            if let Op::Lanes(a, _) | Op::Word(a, _) | Op::LookUp(a, _) | Op::Store(a, _) = inst.op {
-                touched[a.0 as usize] += 1;
+            lists.read(inst).for_each(|v| first[*v as usize + 1] += 1);
+            if let Some(array) = inst.op.array() {
+                touched[array.0 as usize] += 1;
             }
         }
         for v in 0..count {
@@ -111,7 +127,7 @@ impl<'a, E: Encoder> Allocator<'a, E> {
         let mut filled = first.clone();
         let mut uses = vec![0; first[count] as usize];
         for (at, inst) in insts() {
-            for v in inst.args() {
+            for v in lists.read(inst) {
                 let slot = &mut filled[*v as usize];
                 uses[*slot as usize] = at as u32;
                 *slot += 1;
@@ -135,6 +151,9 @@ impl<'a, E: Encoder> Allocator<'a, E> {
             gone: vec![false; count],
             slots: 0,
             bases: order,
+            lists,
+            entered: Vec::new(),
+            preferred: FxHashMap::default(),
         }
     }
 
@@ -146,6 +165,33 @@ impl<'a, E: Encoder> Allocator<'a, E> {
                 self.lanes.insert((array, word), at);
             }
             Op::Word(..) | Op::Constant(_) => {}
+            Op::Begin(region) => self.begin(region),
+            Op::End(region) => self.end(region),
+            // Placed at the start and at the end of their region.
+            Op::Carried { .. } => {}
+            Op::LanesAt(array, word) => {
+                let offset = self.vector(args[0], args);
+                self.done(args);
+                let to = self.take(false, &[]);
+                let from = self.at_offset(array, offset, word);
+                self.code.load(to, from);
+                self.free.append(&mut self.ending);
+                self.hold(to, at);
+            }
+            Op::StoreAt(array, word) => {
+                let (offset, value) = (self.vector(args[0], args), self.vector(args[1], args));
+                let to = self.at_offset(array, offset, word);
+                self.code.store(value, to);
+                self.done(args);
+                self.free.append(&mut self.ending);
+            }
+            Op::Stop => {
+                let mask = self.vector(args[0], args);
+                self.code.test(mask);
+                self.code.stop();
+                self.done(args);
+                self.free.append(&mut self.ending);
+            }
             Op::Choose => {
                 let mask = self.operand(args[0], args);
                 let no = self.operand(args[2], args);
@@ -228,7 +274,9 @@ impl<'a, E: Encoder> Allocator<'a, E> {
     fn give(&mut self, at: u32, inst: &Inst, args: &[Operand]) {
         self.done(inst.args());
         if self.left(at) > 0 {
-            let to = self.take(inst.op.is_mask(), &[]);
+            let preferred = self.preferred.get(&at).copied();
+            let free = preferred.filter(|register| self.held[index::<E>(*register)].is_none());
+            let to = free.unwrap_or_else(|| self.take(inst.op.is_mask(), &[]));
             self.hold(to, at);
             self.code.operate(inst.op, to, args, Work::default());
         }
@@ -252,7 +300,7 @@ impl<'a, E: Encoder> Allocator<'a, E> {
     fn with_work(&mut self, at: u32, inst: &Inst) {
         let (args, (vectors, masks)) = (inst.args(), E::work(inst.op));
         let mut operands: Vec<Operand> = args.iter().map(|arg| self.operand(*arg, args)).collect();
-        if let Op::LookUp(array, word) = inst.op {
+        if let Op::LookUp(array, word) | Op::Gather(array, word) = inst.op {
             operands.push(Operand::Memory(MemoryOperand::Table(self.base(array), word)));
         }
         let mut taken: Vec<Register> = (0..vectors).map(|_| self.temporary(false, args)).collect();
@@ -332,12 +380,17 @@ impl<'a, E: Encoder> Allocator<'a, E> {
         if self.slot[v as usize].is_some() || self.is_source(v) {
             return;
         }
-        let slot = self.free.pop().unwrap_or_else(|| {
-            self.slots += 1;
-            self.slots as u32 - 1
-        });
+        let slot = self.free_slot();
         self.slot[v as usize] = Some(slot);
         self.code.store(register::<E>(at), MemoryOperand::Slot(slot));
+    }
+
+    /// A slot that no value has.
+    fn free_slot(&mut self) -> u32 {
+        self.free.pop().unwrap_or_else(|| {
+            self.slots += 1;
+            self.slots as u32 - 1
+        })
     }
 
     /// Brings a value or a mask into a register.
@@ -409,6 +462,14 @@ impl<'a, E: Encoder> Allocator<'a, E> {
             Op::Constant(bits) => Some(MemoryOperand::Constant(bits)),
             _ => None,
         }
+    }
+
+    /// Lanes at an offset, which is in a register.
+    fn at_offset(&mut self, array: Array, offset: Register, word: u32) -> MemoryOperand {
+        let base = Base(E::BASES);
+        self.code.pointer(base, array.0);
+        self.code.advance(base, offset);
+        MemoryOperand::Lanes(base, word)
     }
 
     /// The register with the pointer of an array, loaded if it has none of its own.

@@ -8,7 +8,7 @@ mod rare;
 
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
 use crate::inst::{Binary, IntCompare, Op, Unary};
-use crate::x86::{Assembler, CEIL, FLOOR, KEPT_BASES, Mem, Opcode, TRUNC, predicate};
+use crate::x86::{Assembler, CEIL, FLOOR, Jump, KEPT_BASES, Mem, Opcode, TRUNC, predicate};
 use encode::{Rm, Shift, Ymm, name};
 
 const LANES: usize = 8;
@@ -121,6 +121,7 @@ impl Encoder for Avx2 {
     const VECTORS: u8 = 16;
     const MASKS: Masks = Masks::Vectors;
     const BASES: u8 = KEPT_BASES;
+    const JUMPS: bool = true;
 
     fn takes(operand: MemoryOperand) -> bool {
         // Instructions read whole vectors; constants lie in memory as such.
@@ -133,6 +134,7 @@ impl Encoder for Avx2 {
             // The first operand of "less" is the last one of its instruction.
             Op::IntCompare(IntCompare::Less) => (1, 0),
             Op::LookUp(..) => (3, 0),
+            Op::Gather(..) => (2, 0),
             Op::Length => (5, 0),
             _ => (0, 0),
         }
@@ -175,6 +177,13 @@ impl Encoder for Avx2 {
             (Op::LookUp(..), &[index, Operand::Memory(table)]) => {
                 self.look_up(index, table, [0, 1, 2].map(vectors));
             }
+            (Op::Gather(..), &[index, Operand::Memory(table)]) => {
+                let [to, mask] = [0, 1].map(vectors);
+                self.code.vex(name::VPCMPEQD, mask, Some(mask), Rm::Ymm(mask), None);
+                if let Rm::Memory(from) = self.memory(table) {
+                    self.code.gather(to, Ymm(index.number()), mask, from);
+                }
+            }
             (Op::Unary(op), &[x]) => {
                 let (op, imm) = unary(op);
                 self.vector(op, to, None, x, imm);
@@ -214,6 +223,38 @@ impl Encoder for Avx2 {
         }
     }
 
+    fn advance(&mut self, base: Base, offset: Register) {
+        self.code.advance(base, offset.number());
+    }
+
+    fn label(&mut self) -> usize {
+        self.code.here()
+    }
+
+    fn spend(&mut self, cost: u32, may_stop: bool) {
+        self.code.spend(cost, may_stop);
+    }
+
+    fn test(&mut self, mask: Register) {
+        self.code.test(Ymm(mask.number()));
+    }
+
+    fn stop(&mut self) {
+        self.code.stop(Jump::IfAny);
+    }
+
+    fn skip(&mut self) -> usize {
+        self.code.jump(Jump::IfNone)
+    }
+
+    fn land(&mut self, skip: usize) {
+        self.code.land(skip);
+    }
+
+    fn jump_back(&mut self, label: usize) {
+        self.code.jump_back(label);
+    }
+
     fn finish(mut self) -> (Vec<u8>, usize) {
         self.code.count_and_return(VECTOR as i8, self.start);
         let instructions = self.code.count;
@@ -246,6 +287,7 @@ fn binary(op: Binary) -> Opcode {
         Binary::IntMul => name::VPMULLD,
         Binary::IntMin => name::VPMINSD,
         Binary::IntMax => name::VPMAXSD,
+        Binary::WordMin => name::VPMINUD,
         Binary::And => name::VPAND,
         Binary::Or => name::VPOR,
         Binary::Xor => name::VPXOR,

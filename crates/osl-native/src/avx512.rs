@@ -8,7 +8,7 @@ mod rare;
 
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
 use crate::inst::{Binary, IntCompare, Op, Unary};
-use crate::x86::{Assembler, CEIL, FLOOR, KEPT_BASES, Mem, Opcode, TRUNC, predicate};
+use crate::x86::{Assembler, CEIL, FLOOR, Jump, KEPT_BASES, Mem, Opcode, TRUNC, predicate};
 use encode::{K, Rm, Zmm, name};
 
 const LANES: usize = 16;
@@ -64,6 +64,7 @@ impl Encoder for Avx512 {
     // Mask 0 means "no mask".
     const MASKS: Masks = Masks::Registers(1, 8);
     const BASES: u8 = KEPT_BASES;
+    const JUMPS: bool = true;
 
     fn takes(_: MemoryOperand) -> bool {
         true
@@ -73,6 +74,7 @@ impl Encoder for Avx512 {
         match op {
             Op::Unary(Unary::InverseRoot) => (3, 2),
             Op::Length => (5, 2),
+            Op::Gather(..) => (1, 1),
             _ => (0, 0),
         }
     }
@@ -108,7 +110,12 @@ impl Encoder for Avx512 {
     }
 
     fn copy(&mut self, to: Register, from: Register) {
-        self.code.copy(Zmm(to.number()), Zmm(from.number()));
+        match (to, from) {
+            (Register::Mask(to), Register::Mask(from)) => {
+                self.code.mask(name::KMOVW_LOAD, K(to), None, K(from));
+            }
+            _ => self.code.copy(Zmm(to.number()), Zmm(from.number())),
+        }
     }
 
     fn operate(&mut self, op: Op, to: Register, args: &[Operand], work: Work<'_>) {
@@ -126,6 +133,13 @@ impl Encoder for Avx512 {
                     let [to, a, b, c, d] = [to, a, b, c, d].map(|z| Zmm(z.number()));
                     let masks = [small, other].map(|k| K(k.number()));
                     rare::length(&mut self.code, (to, root, square), [x, y, z], [a, b, c, d], masks);
+                }
+            }
+            (Op::Gather(..), &[index, Operand::Memory(table)]) => {
+                if let &[mask] = work.masks {
+                    let (from, mask) = (self.memory(table), K(mask.number()));
+                    self.code.mask(name::KXNORW, mask, Some(mask), mask);
+                    self.code.evex_gather(Zmm(to.number()), Zmm(index.number()), mask, from);
                 }
             }
             (Op::Unary(op), &[x]) => {
@@ -169,6 +183,38 @@ impl Encoder for Avx512 {
         }
     }
 
+    fn advance(&mut self, base: Base, offset: Register) {
+        self.code.advance(base, offset.number());
+    }
+
+    fn label(&mut self) -> usize {
+        self.code.here()
+    }
+
+    fn spend(&mut self, cost: u32, may_stop: bool) {
+        self.code.spend(cost, may_stop);
+    }
+
+    fn test(&mut self, mask: Register) {
+        self.code.mask(name::KORTESTW, K(mask.number()), None, K(mask.number()));
+    }
+
+    fn stop(&mut self) {
+        self.code.stop(Jump::IfAny);
+    }
+
+    fn skip(&mut self) -> usize {
+        self.code.jump(Jump::IfNone)
+    }
+
+    fn land(&mut self, skip: usize) {
+        self.code.land(skip);
+    }
+
+    fn jump_back(&mut self, label: usize) {
+        self.code.jump_back(label);
+    }
+
     fn finish(mut self) -> (Vec<u8>, usize) {
         self.code.count_and_return(VECTOR as i8, self.start);
         let instructions = self.code.count;
@@ -201,6 +247,7 @@ fn binary(op: Binary) -> Opcode {
         Binary::IntMul => name::VPMULLD,
         Binary::IntMin => name::VPMINSD,
         Binary::IntMax => name::VPMAXSD,
+        Binary::WordMin => name::VPMINUD,
         Binary::And => name::VPANDD,
         Binary::Or => name::VPORD,
         Binary::Xor => name::VPXORD,

@@ -1,10 +1,11 @@
 //! A block: a sequence of vector operations on values, with loads and stores.
 //!
 //! A value has lanes of 32 bits, floats or ints, as many as the machine's vectors; a mask value has a bit for
-//! each of them. Equal operations on equal values are merged. This module must not know lanes, registers or
-//! instructions.
+//! each of them. Equal operations on equal values are merged. The sequence may contain loops and parts that
+//! are skipped: `region` records these. This module must not know lanes, registers or instructions.
 
 use crate::inst::{Array, Binary, Compare, Inst, IntCompare, MaskValue, Op, TABLE, Unary, Value};
+use crate::region::{Open, Region};
 use crate::simplify;
 use rustc_hash::FxHashMap;
 
@@ -23,9 +24,12 @@ pub(crate) struct Use {
 pub struct Block {
     pub(crate) insts: Vec<Inst>,
     pub(crate) arrays: Vec<Use>,
-    known: FxHashMap<Inst, u32>,
+    pub(crate) regions: Vec<Region>,
+    pub(crate) known: FxHashMap<Inst, u32>,
     /// The known contents of array lanes.
-    held: FxHashMap<(Array, u32), Value>,
+    pub(crate) held: FxHashMap<(Array, u32), Value>,
+    /// The regions that have begun and not ended, from the outermost on.
+    pub(crate) open: Vec<Open>,
 }
 
 impl Block {
@@ -58,7 +62,7 @@ impl Block {
         self.note_lanes(array, word);
         // Not merged with an earlier load: the lanes may have been stored to and dropped from `held` since.
         let value = Value(self.push(Op::Lanes(array, word), &[]));
-        self.held.insert((array, word), value);
+        self.hold(array, word, value);
         value
     }
 
@@ -94,9 +98,10 @@ impl Block {
     }
 
     /// Stores a value to lanes of an array. Later operations of the block see it; the caller sees it only if
-    /// it is `kept`.
+    /// it is `kept`, which it must not be within a region. What is stored in a region is known up to its end.
     pub fn store(&mut self, array: Array, word: u32, value: Value, kept: bool) {
-        self.held.insert((array, word), value);
+        debug_assert!(!kept || self.open.is_empty(), "a region keeps nothing");
+        self.hold(array, word, value);
         if kept {
             self.note_lanes(array, word);
             if let Some(used) = self.arrays.get_mut(array.0 as usize) {
@@ -104,6 +109,38 @@ impl Block {
             }
             self.push(Op::Store(array, word), &[value.0]);
         }
+    }
+
+    /// Lanes of an array that start at `word` plus an offset, in words: that of the first lane of the vector,
+    /// and at most `most`. An array that is accessed by offsets must not be accessed otherwise, except for
+    /// single words.
+    pub fn lanes_at(&mut self, array: Array, word: u32, offset: Value, most: u32) -> Value {
+        let offset = self.bounded(array, word, offset, most);
+        Value(self.push(Op::LanesAt(array, word), &[offset.0]))
+    }
+
+    /// Stores lanes at an offset, see [`Block::lanes_at`]. Later operations and the caller see it.
+    pub fn store_at(&mut self, array: Array, word: u32, (offset, most): (Value, u32), value: Value) {
+        let offset = self.bounded(array, word, offset, most);
+        if let Some(used) = self.arrays.get_mut(array.0 as usize) {
+            used.written = true;
+        }
+        self.push(Op::StoreAt(array, word), &[offset.0, value.0]);
+    }
+
+    /// For each lane, the word of an array at `word` plus an offset, at most `most`; see [`Block::lanes_at`].
+    pub fn gather(&mut self, array: Array, word: u32, offset: Value, most: u32) -> Value {
+        self.note_words(array, (word as usize).saturating_add(most as usize).saturating_add(1));
+        let most = self.bits(most);
+        let offset = self.binary(Binary::WordMin, offset, most);
+        Value(self.push(Op::Gather(array, word), &[offset.0]))
+    }
+
+    /// An offset of lanes within its bounds.
+    fn bounded(&mut self, array: Array, word: u32, offset: Value, most: u32) -> Value {
+        self.note_lanes(array, word.saturating_add(most));
+        let most = self.bits(most);
+        self.binary(Binary::WordMin, offset, most)
     }
 
     /// An operation on one value.
@@ -192,17 +229,6 @@ impl Block {
         Value(self.pure(Op::Number, &[mask.0]))
     }
 
-    /// For each operation, whether a store needs it.
-    pub(crate) fn needed(&self) -> Vec<bool> {
-        let mut needed: Vec<bool> = self.insts.iter().map(|i| matches!(i.op, Op::Store(..))).collect();
-        for (at, inst) in self.insts.iter().enumerate().rev() {
-            if needed[at] {
-                inst.args().iter().for_each(|v| needed[*v as usize] = true);
-            }
-        }
-        needed
-    }
-
     fn note_words(&mut self, array: Array, words: usize) {
         if let Some(used) = self.arrays.get_mut(array.0 as usize) {
             used.words = used.words.max(words);
@@ -219,18 +245,32 @@ impl Block {
         self.merged(Inst::new(op, list))
     }
 
+    /// Notes the contents of array lanes.
+    fn hold(&mut self, array: Array, word: u32, value: Value) {
+        let before = self.held.insert((array, word), value);
+        if let Some(open) = self.open.last_mut() {
+            open.held.push(((array, word), before));
+        }
+    }
+
     /// The number of an operation, which is an earlier one if that is equal.
-    fn merged(&mut self, inst: Inst) -> u32 {
+    pub(crate) fn merged(&mut self, inst: Inst) -> u32 {
         if let Some(known) = self.known.get(&inst) {
             return *known;
         }
         self.insts.push(inst);
         let number = self.insts.len() as u32 - 1;
         self.known.insert(inst, number);
+        // What is in memory already can be used anywhere.
+        if !inst.op.is_source()
+            && let Some(open) = self.open.last_mut()
+        {
+            open.known.push(inst);
+        }
         number
     }
 
-    fn push(&mut self, op: Op, list: &[u32]) -> u32 {
+    pub(crate) fn push(&mut self, op: Op, list: &[u32]) -> u32 {
         self.insts.push(Inst::new(op, list));
         self.insts.len() as u32 - 1
     }

@@ -2,7 +2,7 @@
 //!
 //! The call is the only unsafe code of the crate. The effects of the code are known from its block: it reads
 //! and writes array lanes at offsets recorded by the block, its slots, and its own constants. It calls
-//! nothing.
+//! nothing. Code with loops gets a budget and is called for each vector, so that it returns soon.
 
 #![expect(unsafe_code, reason = "code that was just made is called here")]
 
@@ -40,6 +40,17 @@ pub struct Scratch {
     slots: Vec<u32>,
 }
 
+/// How a call of code with regions ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All lanes are computed; the vector that spent most spent this much.
+    Spent(u32),
+    /// A vector exceeded the budget or stopped, or the caller did not go on: later vectors are not computed.
+    Stopped,
+    /// The arrays do not suit the code; nothing was done.
+    Refused,
+}
+
 /// The code of a block.
 #[derive(Debug)]
 pub struct Code {
@@ -51,6 +62,8 @@ pub struct Code {
     slots: usize,
     /// Lanes per vector.
     lanes: usize,
+    /// Whether it has a budget or may stop.
+    may_stop: bool,
 }
 
 /// Executable memory that holds bytes from an offset on; `None` if the system refuses. Each call takes pages
@@ -99,11 +112,15 @@ impl Code {
         if !target.is_supported() || block.len() > MAX_OPERATIONS || furthest.unwrap_or(0) > MAX_WORDS {
             return None;
         }
+        if !target.carries(block) {
+            return None;
+        }
         let (assembled, lanes) = (target.assemble(block), target.lanes());
         let size = assembled.bytes.len();
         let start = NEXT.fetch_add(size.next_multiple_of(LINE), Ordering::Relaxed) % PAGE;
         let memory = executable(start, &assembled.bytes)?;
-        Some(Code { memory, start, arrays: block.arrays.clone(), slots: assembled.slots * lanes, lanes })
+        let (arrays, slots) = (block.arrays.clone(), assembled.slots * lanes);
+        Some(Code { memory, start, arrays, slots, lanes, may_stop: block.may_stop() })
     }
 
     /// Size of the code in bytes.
@@ -112,12 +129,54 @@ impl Code {
     }
 
     /// Computes lanes of the arrays, in whole vectors. Returns false and does nothing if there are
-    /// fewer or shorter arrays than the block needs, if an array that it writes is read-only, or if the lanes
-    /// are not whole vectors.
+    /// fewer or shorter arrays than the block needs, if an array that it writes is read-only, if the lanes
+    /// are not whole vectors, or if the code may stop: such code needs a budget.
     pub fn run<'a>(
         &self,
         arrays: impl IntoIterator<Item = Words<'a>>,
         lanes: Range<usize>,
+        scratch: &mut Scratch,
+    ) -> bool {
+        if self.may_stop || !self.suits(arrays, &lanes, scratch) {
+            return false;
+        }
+        if !lanes.is_empty() {
+            self.call(scratch, lanes, 0);
+        }
+        true
+    }
+
+    /// The same for code that may stop. Each vector may spend the budget. `goes_on` is asked after each
+    /// vector, given what it spent.
+    pub fn run_within<'a>(
+        &self,
+        arrays: impl IntoIterator<Item = Words<'a>>,
+        lanes: Range<usize>,
+        scratch: &mut Scratch,
+        budget: u32,
+        mut goes_on: impl FnMut(u32) -> bool,
+    ) -> Outcome {
+        if !self.suits(arrays, &lanes, scratch) {
+            return Outcome::Refused;
+        }
+        let mut most = 0;
+        for start in lanes.step_by(self.lanes) {
+            let left = self.call(scratch, start..start + self.lanes, budget.into());
+            let Ok(left) = u32::try_from(left) else { return Outcome::Stopped };
+            let spent = budget.saturating_sub(left);
+            most = most.max(spent);
+            if !goes_on(spent) {
+                return Outcome::Stopped;
+            }
+        }
+        Outcome::Spent(most)
+    }
+
+    /// Whether the arrays suit; prepares the call.
+    fn suits<'a>(
+        &self,
+        arrays: impl IntoIterator<Item = Words<'a>>,
+        lanes: &Range<usize>,
         scratch: &mut Scratch,
     ) -> bool {
         if !lanes.start.is_multiple_of(self.lanes)
@@ -144,18 +203,22 @@ impl Code {
             pointers.push(pointer);
         }
         slots.resize(slots.len().max(self.slots), 0);
-        self.call(pointers, slots, lanes);
         true
     }
 
-    /// Calls the code. The pointers point to arrays that are long enough for these lanes.
+    /// Calls the code, whose arrays suit these lanes, of which there is at least one vector. Returns what is
+    /// left of the budget, which is negative if the code stopped.
     #[cfg(target_arch = "x86_64")]
-    fn call(&self, pointers: &[usize], slots: &mut [u32], lanes: Range<usize>) {
+    fn call(&self, scratch: &mut Scratch, lanes: Range<usize>, budget: i64) -> i64 {
+        let Scratch { pointers, slots } = scratch;
+        let mut left = budget;
         // SAFETY: the memory holds the code that `assemble` made from the block and was not written since.
         // The code follows the System V convention, and `new` detected the instructions that it uses. It
         // accesses the pointers, as many as the block has arrays; slots, as many as it counted, for which
-        // `run` made room; and arrays, whose slices live until `run` returns, within the words that `run` has
-        // checked. Lanes are whole vectors and at least one, so the loop ends exactly at the last.
+        // `suits` made room; and arrays, whose slices live until its caller returns, within the words that
+        // `suits` has checked: offsets that depend on values are bounded by operations of the block. Lanes
+        // are whole vectors and at least one, so the loop ends exactly at the last. Each round of a loop
+        // within takes from the budget, in a register that this call declares, so that the code ends.
         unsafe {
             std::arch::asm!(
                 "call {code}",
@@ -164,14 +227,18 @@ impl Code {
                 inout("rsi") slots.as_mut_ptr() => _,
                 inout("rdx") lanes.start * 4 => _,
                 inout("rcx") lanes.end * 4 => _,
+                inout("r12") left,
+                out("r13") _,
                 clobber_abi("sysv64"),
             );
         }
+        left
     }
 
-    /// Calls the code. The pointers point to arrays that are long enough for these lanes.
+    /// The same for aarch64, whose code has no regions and so spends nothing.
     #[cfg(target_arch = "aarch64")]
-    fn call(&self, pointers: &[usize], slots: &mut [u32], lanes: Range<usize>) {
+    fn call(&self, scratch: &mut Scratch, lanes: Range<usize>, budget: i64) -> i64 {
+        let Scratch { pointers, slots } = scratch;
         // SAFETY: as on x86-64; the convention is that of AAPCS64, of which all registers count as changed
         // that a function may change. The barrier is for a core that has fetched something else from these
         // addresses, before another core made the code.
@@ -187,10 +254,13 @@ impl Code {
                 clobber_abi("C"),
             );
         }
+        budget
     }
 
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    fn call(&self, _: &[usize], _: &mut [u32], _: Range<usize>) {}
+    fn call(&self, _: &mut Scratch, _: Range<usize>, _: i64) -> i64 {
+        -1
+    }
 }
 
 #[cfg(all(test, target_os = "linux"))]

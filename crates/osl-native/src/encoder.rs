@@ -3,7 +3,8 @@
 //! An [`Encoder`] writes instructions for registers and memory that the allocator has chosen. It says how
 //! many lanes and registers there are, where masks live, and which operands an instruction can read from
 //! memory. A further machine is a further encoder: the block, the allocator, constants and tables do not
-//! depend on the number of lanes. This module must not know values or their uses.
+//! depend on the number of lanes. An encoder without jumps has no code for blocks with regions. This module
+//! must not know values or their uses.
 
 use crate::inst::Op;
 
@@ -82,6 +83,8 @@ pub(crate) trait Encoder: Default {
     const MASKS: Masks;
     /// Number of registers for pointers of arrays.
     const BASES: u8;
+    /// Whether it writes the jumps of regions, and addresses that depend on values.
+    const JUMPS: bool = false;
 
     /// Whether the last operand of an operation may be this one in memory.
     fn takes(operand: MemoryOperand) -> bool;
@@ -102,12 +105,32 @@ pub(crate) trait Encoder: Default {
     fn load(&mut self, to: Register, from: MemoryOperand);
     /// Stores a register.
     fn store(&mut self, from: Register, to: MemoryOperand);
-    /// Copies a vector.
+    /// Copies a register to another of its kind.
     fn copy(&mut self, to: Register, from: Register);
     /// An operation. Its operands are in registers, except that of the table of [`Op::LookUp`] and the last
     /// one, which may be where [`Encoder::takes`] permits. The first operand of [`Op::Fused`] is in `to`, and
     /// not among `args`. For [`Op::Choose`] the last operand is the value of set lanes.
     fn operate(&mut self, op: Op, to: Register, args: &[Operand], work: Work<'_>);
-    /// Ends the loop and the code. Returns the bytes and the number of instructions.
+    /// Adds the first word of a vector to a pointer, as a number of words.
+    fn advance(&mut self, _base: Base, _offset: Register) {}
+    /// A place to which [`Encoder::jump_back`] leads.
+    fn label(&mut self) -> usize {
+        0
+    }
+    /// Takes a cost from the budget; then, if it `may_stop`, stops the code if the budget is exceeded.
+    fn spend(&mut self, _cost: u32, _may_stop: bool) {}
+    /// Compares a mask with "no lane", for the next jump or stop. Loads, stores and copies may come between.
+    fn test(&mut self, _mask: Register) {}
+    /// Stops the code if the tested mask had a lane.
+    fn stop(&mut self) {}
+    /// Jumps forward if the tested mask had no lane. Returns the argument for [`Encoder::land`].
+    fn skip(&mut self) -> usize {
+        0
+    }
+    /// Where a jump forward leads.
+    fn land(&mut self, _skip: usize) {}
+    /// Jumps to a label if the tested mask had a lane.
+    fn jump_back(&mut self, _label: usize) {}
+    /// Ends the loop over the lanes and the code. Returns the bytes and the number of instructions.
     fn finish(self) -> (Vec<u8>, usize);
 }

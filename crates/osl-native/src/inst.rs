@@ -39,6 +39,8 @@ pub enum Binary {
     IntMin,
     /// The larger int.
     IntMax,
+    /// The smaller word, as an unsigned number.
+    WordMin,
     /// Bitwise and.
     And,
     /// Bitwise or.
@@ -118,6 +120,10 @@ pub(crate) enum Op {
     Binary(Binary),
     /// A word from a table, by an index.
     LookUp(Array, u32),
+    /// Lanes of an array, starting a number of words after a word.
+    LanesAt(Array, u32),
+    /// A word of an array for each lane, a number of words after a word.
+    Gather(Array, u32),
     Compare(Compare),
     IntCompare(IntCompare),
     /// Whether any bit is set.
@@ -142,6 +148,18 @@ pub(crate) enum Op {
     /// 1 where the mask is set, else 0.
     Number,
     Store(Array, u32),
+    /// Like [`Op::LanesAt`].
+    StoreAt(Array, u32),
+    /// The start of a region, by its number; its arguments are those of the region.
+    Begin(u32),
+    /// A value that a region carries: in the current round, or after its end.
+    Carried {
+        mask: bool,
+    },
+    /// The end of a region.
+    End(u32),
+    /// Stops the code if any lane is set.
+    Stop,
 }
 
 impl Op {
@@ -155,10 +173,39 @@ impl Op {
         matches!(self, Op::MaskAnd | Op::MaskOr | Op::MaskNot | Op::Number)
     }
 
+    /// Whether it does something besides its result.
+    pub(crate) fn has_effect(self) -> bool {
+        matches!(self, Op::Store(..) | Op::StoreAt(..) | Op::Begin(_) | Op::End(_) | Op::Stop)
+    }
+
+    /// Whether its result depends on when it runs.
+    pub(crate) fn reads_stored(self) -> bool {
+        matches!(self, Op::LanesAt(..) | Op::Gather(..))
+    }
+
+    /// The array that it reads or writes.
+    pub(crate) fn array(self) -> Option<Array> {
+        match self {
+            Op::Lanes(a, _) | Op::Word(a, _) | Op::LookUp(a, _) | Op::Store(a, _) => Some(a),
+            Op::LanesAt(a, _) | Op::Gather(a, _) | Op::StoreAt(a, _) => Some(a),
+            _ => None,
+        }
+    }
+
     /// Whether its result is a mask.
     pub(crate) fn is_mask(self) -> bool {
-        use Op::{Class, Compare, IntCompare, MaskAnd, MaskNot, MaskOr, NotZero};
-        matches!(self, Compare(_) | IntCompare(_) | NotZero | Class { .. } | MaskAnd | MaskOr | MaskNot)
+        use Op::{Carried, Class, Compare, IntCompare, MaskAnd, MaskNot, MaskOr, NotZero};
+        matches!(
+            self,
+            Compare(_)
+                | IntCompare(_)
+                | NotZero
+                | Class { .. }
+                | MaskAnd
+                | MaskOr
+                | MaskNot
+                | Carried { mask: true }
+        )
     }
 }
 

@@ -1,4 +1,5 @@
-//! Runs a block without machine code, one lane at a time: the definition of what its operations compute.
+//! Runs a block without machine code, one lane at a time: the definition of what its operations compute. Each
+//! lane takes its own way through the regions.
 //!
 //! It is slow, runs everywhere, and is meant for tests of blocks on machines without a
 //! [`Target`](crate::Target). This module must not know registers or instructions.
@@ -6,18 +7,28 @@
 use crate::block::Block;
 use crate::code::Words;
 use crate::inst::{Array, Binary, Compare, IntCompare, Op, Unary};
+use crate::region::{Carry, Kind, Region};
 use std::ops::Range;
 
-/// Computes lanes of the arrays. `None` if an array is missing, too short or read-only.
+/// Computes lanes of the arrays. `None` if an array is missing, too short or read-only, or if the block
+/// stops.
 pub fn interpret(block: &Block, arrays: &mut [Words<'_>], lanes: Range<usize>) -> Option<()> {
     let mut words = vec![0; block.insts.len()];
     for lane in lanes {
-        for (at, inst) in block.insts.iter().enumerate() {
+        // Where the lane goes on after a part that it skips. What is in memory can be used after that part.
+        let (mut at, mut resumes) = (0, 0);
+        while let Some(inst) = block.insts.get(at) {
+            if at < resumes && !inst.op.is_source() {
+                at += 1;
+                continue;
+            }
             let arg = |n: usize| inst.args().get(n).and_then(|v| words.get(*v as usize)).copied();
             words[at] = match inst.op {
                 Op::Lanes(array, word) => read(arrays, array, word as usize + lane)?,
                 Op::Word(array, word) => read(arrays, array, word as usize)?,
                 Op::LookUp(array, word) => read(arrays, array, (word + (arg(0)? & 15)) as usize)?,
+                Op::LanesAt(array, word) => read(arrays, array, (word + arg(0)?) as usize + lane)?,
+                Op::Gather(array, word) => read(arrays, array, (word + arg(0)?) as usize)?,
                 Op::Constant(bits) => bits,
                 Op::Unary(op) => unary(op, arg(0)?),
                 Op::Binary(op) => binary(op, arg(0)?, arg(1)?),
@@ -33,15 +44,56 @@ pub fn interpret(block: &Block, arrays: &mut [Words<'_>], lanes: Range<usize>) -
                 Op::Length => length(arg(1)?, [arg(2)?, arg(3)?, arg(4)?]),
                 Op::Number => arg(0)?,
                 Op::Store(array, word) => {
-                    let word = word as usize + lane;
-                    let Some(Words::Write(list)) = arrays.get_mut(array.0 as usize) else { return None };
-                    *list.get_mut(word)? = arg(0)?;
+                    let value = arg(0)?;
+                    *written(arrays, array, word as usize + lane)? = value;
                     0
                 }
+                Op::StoreAt(array, word) => {
+                    let (offset, value) = (arg(0)?, arg(1)?);
+                    *written(arrays, array, (word + offset) as usize + lane)? = value;
+                    0
+                }
+                Op::Stop => {
+                    if arg(0)? != 0 {
+                        return None;
+                    }
+                    0
+                }
+                Op::Begin(region) | Op::End(region) => {
+                    let next = enter_or_leave(block.regions.get(region as usize)?, at, &mut words)?;
+                    (at, resumes) = if next > at { (at + 1, next) } else { (next, 0) };
+                    continue;
+                }
+                // Written at the start and at the end of its region.
+                Op::Carried { .. } => words[at],
             };
+            at += 1;
         }
     }
     Some(())
+}
+
+/// The operation after the start or the end of a region. Sets the values that the region carries.
+fn enter_or_leave(region: &Region, at: usize, words: &mut [u32]) -> Option<usize> {
+    let value = |words: &[u32], v: u32| words.get(v as usize).copied();
+    let begins = at == region.begin as usize;
+    let from = |carry: &Carry| value(words, if begins { carry.init } else { carry.next });
+    let list = region.carried.iter().map(from).collect::<Option<Vec<u32>>>()?;
+    let inside = match region.kind {
+        Kind::Loop => begins || value(words, region.again)? != 0,
+        Kind::Skip { mask } => begins && value(words, mask)? != 0,
+    };
+    for (carry, word) in region.carried.iter().zip(list) {
+        *words.get_mut(if inside { carry.param } else { carry.result } as usize)? = word;
+    }
+    Some(1 + if inside { region.begin } else { region.end } as usize)
+}
+
+fn written<'a>(arrays: &'a mut [Words<'_>], Array(array): Array, word: usize) -> Option<&'a mut u32> {
+    match arrays.get_mut(array as usize)? {
+        Words::Write(list) => list.get_mut(word),
+        Words::Read(_) => None,
+    }
 }
 
 fn read(arrays: &[Words<'_>], Array(array): Array, word: usize) -> Option<u32> {
@@ -90,6 +142,7 @@ pub fn binary(op: Binary, a: u32, b: u32) -> u32 {
         Binary::IntMul => a.wrapping_mul(b),
         Binary::IntMin => i.min(j) as u32,
         Binary::IntMax => i.max(j) as u32,
+        Binary::WordMin => a.min(b),
         Binary::And => a & b,
         Binary::Or => a | b,
         Binary::Xor => a ^ b,

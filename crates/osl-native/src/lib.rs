@@ -5,10 +5,15 @@
 //! longer than most operations themselves. Here a [`Block`] of operations becomes a single loop. Operations
 //! are assembled one after the other, and registers are assigned on the way.
 //!
-//! Data flows from `block` (a list of `inst`; `simplify` merges some) through `allocate` (registers and
-//! order) and an `encoder` (the instructions of one kind of machine) to `code` (executable memory and the
-//! call). [`Target`] names the kinds of machines: x86-64 with AVX2 or with AVX-512, whose encoders are `avx2`
-//! and `avx512`, both on `x86`, and aarch64, whose encoder is `neon`. On other machines there is no [`Code`].
+//! A block may contain regions: loops, whose lanes leave one after the other, and parts that are skipped
+//! where no lane needs them. They run within the code, vector by vector, and a budget bounds the rounds of a
+//! call.
+//!
+//! Data flows from `block` (a list of `inst`; `simplify` merges some, `region` adds control flow, and `hoist`
+//! empties loops of what does not change) through `allocate` (registers and order) and an `encoder` (the
+//! instructions of one kind of machine) to `code` (executable memory and the call). [`Target`] names the
+//! kinds of machines: x86-64 with AVX2 or with AVX-512, whose encoders are `avx2` and `avx512`, both on
+//! `x86`, and aarch64, whose encoder is `neon`; it has no regions yet. On other machines there is no [`Code`].
 //! [`mod@interpret`] computes a block without code. This crate must not know shaders, their operations or
 //! their arithmetic; the client expresses a shader's operations in these terms.
 
@@ -18,9 +23,11 @@ mod avx512;
 mod block;
 mod code;
 mod encoder;
+mod hoist;
 mod inst;
 pub mod interpret;
 mod neon;
+mod region;
 mod simplify;
 #[cfg(test)]
 mod small;
@@ -29,6 +36,7 @@ mod x86;
 
 pub use allocate::Assembled;
 pub use block::Block;
-pub use code::{Code, Scratch, Words};
+pub use code::{Code, Outcome, Scratch, Words};
 pub use inst::{Array, Binary, Compare, IntCompare, MaskValue, TABLE, Unary, Value};
+pub use region::{Begun, Next};
 pub use target::Target;

@@ -78,6 +78,7 @@ impl Neon {
             Binary::IntMul => name::MUL,
             Binary::IntMin => name::SMIN,
             Binary::IntMax => name::SMAX,
+            Binary::WordMin => name::UMIN,
             Binary::And => name::AND,
             Binary::Or => name::ORR,
             Binary::Xor => name::EOR,

@@ -4,13 +4,20 @@
 //! Its code is a list of steps, which a loop executes. Random blocks give the same words as [`interpret()`]
 //! on vectors of 4 and of 8 lanes. So the allocator needs neither 16 lanes nor registers for masks.
 
-use crate::allocate::allocate;
+use crate::allocate::{allocate, carries};
 use crate::block::Block;
 use crate::code::Words;
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
 use crate::inst::{Array, Binary, Compare, IntCompare, MaskValue, Op, Unary, Value};
 use crate::interpret::{self, interpret};
+use crate::region::Next;
 use proptest::prelude::*;
+
+#[path = "../tests/blocks/regions.rs"]
+mod regions;
+
+/// Maximum number of results of a block, which are vectors.
+const RESULTS: usize = 400;
 
 enum Step {
     Pointer(Base, u32),
@@ -18,6 +25,13 @@ enum Step {
     Store(Register, MemoryOperand),
     Copy(Register, Register),
     Operate(Op, Register, Vec<Operand>, Vec<Register>),
+    Test(Register),
+    /// Adds the first word of a register to the offset of a pointer.
+    Advance(Base, Register),
+    /// To this step if the tested mask had no lane.
+    Skip(usize),
+    /// To this step if the tested mask had a lane.
+    Back(usize),
 }
 
 #[derive(Default)]
@@ -32,6 +46,7 @@ impl<const LANES: usize> Encoder for Small<LANES> {
     const VECTORS: u8 = 10;
     const MASKS: Masks = Masks::Vectors;
     const BASES: u8 = 2;
+    const JUMPS: bool = true;
 
     fn takes(operand: MemoryOperand) -> bool {
         matches!(operand, MemoryOperand::Lanes(..))
@@ -39,7 +54,7 @@ impl<const LANES: usize> Encoder for Small<LANES> {
 
     fn work(op: Op) -> (usize, usize) {
         match op {
-            Op::LookUp(..) | Op::NotZero => (2, 0),
+            Op::LookUp(..) | Op::Gather(..) | Op::NotZero => (2, 0),
             Op::Length => (3, 1),
             Op::Compare(_) => (1, 1),
             _ => (0, 0),
@@ -71,6 +86,31 @@ impl<const LANES: usize> Encoder for Small<LANES> {
         self.steps.push(Step::Operate(op, to, args.to_vec(), work));
     }
 
+    fn advance(&mut self, base: Base, offset: Register) {
+        self.steps.push(Step::Advance(base, offset));
+    }
+
+    fn label(&mut self) -> usize {
+        self.steps.len()
+    }
+
+    fn test(&mut self, mask: Register) {
+        self.steps.push(Step::Test(mask));
+    }
+
+    fn skip(&mut self) -> usize {
+        self.steps.push(Step::Skip(0));
+        self.steps.len() - 1
+    }
+
+    fn land(&mut self, skip: usize) {
+        self.steps[skip] = Step::Skip(self.steps.len());
+    }
+
+    fn jump_back(&mut self, label: usize) {
+        self.steps.push(Step::Back(label));
+    }
+
     fn finish(self) -> (Vec<u8>, usize) {
         (Vec::new(), self.steps.len())
     }
@@ -82,8 +122,12 @@ struct Machine<'a, const LANES: usize> {
     registers: [[u32; LANES]; 10],
     slots: Vec<[u32; LANES]>,
     bases: [u32; 3],
+    /// Words added to the pointers.
+    offsets: [u32; 3],
     /// The first current lane.
     lane: usize,
+    /// Whether the mask tested last had a lane.
+    any: bool,
 }
 
 impl<const LANES: usize> Machine<'_, LANES> {
@@ -95,7 +139,8 @@ impl<const LANES: usize> Machine<'_, LANES> {
         match operand {
             MemoryOperand::Slot(slot) => self.slots[slot as usize],
             MemoryOperand::Lanes(base, word) => {
-                std::array::from_fn(|lane| self.array(base)[word as usize + self.lane + lane])
+                let word = (word + self.offsets[usize::from(base.0)]) as usize;
+                std::array::from_fn(|lane| self.array(base)[word + self.lane + lane])
             }
             MemoryOperand::Word(base, word) => [self.array(base)[word as usize]; LANES],
             MemoryOperand::Constant(bits) => [bits; LANES],
@@ -114,9 +159,30 @@ impl<const LANES: usize> Machine<'_, LANES> {
         }
     }
 
+    /// Runs steps from one on, up to the last.
+    fn run_all(&mut self, steps: &[Step], start: usize) {
+        let mut at = start;
+        while let Some(step) = steps.get(at) {
+            at = match *step {
+                Step::Skip(to) if !self.any => to,
+                Step::Back(to) if self.any => to,
+                _ => at + 1,
+            };
+            self.run(step);
+        }
+    }
+
     fn run(&mut self, step: &Step) {
         match step {
-            Step::Pointer(base, array) => self.bases[usize::from(base.0)] = *array,
+            Step::Test(mask) => self.any = self.registers[usize::from(mask.number())] != [0; LANES],
+            Step::Skip(_) | Step::Back(_) => {}
+            Step::Pointer(base, array) => {
+                self.bases[usize::from(base.0)] = *array;
+                self.offsets[usize::from(base.0)] = 0;
+            }
+            Step::Advance(base, offset) => {
+                self.offsets[usize::from(base.0)] += self.registers[usize::from(offset.number())][0];
+            }
             Step::Load(to, from) => self.registers[usize::from(to.number())] = self.read(*from),
             Step::Copy(to, from) => {
                 self.registers[usize::from(to.number())] = self.registers[usize::from(from.number())];
@@ -127,7 +193,7 @@ impl<const LANES: usize> Machine<'_, LANES> {
                     MemoryOperand::Slot(slot) => self.slots[slot as usize] = words,
                     MemoryOperand::Lanes(base, word) => {
                         let array = self.bases[usize::from(base.0)] as usize;
-                        let at = word as usize + self.lane;
+                        let at = (word + self.offsets[usize::from(base.0)]) as usize + self.lane;
                         self.arrays[array][at..at + LANES].copy_from_slice(&words);
                     }
                     _ => panic!("{to:?} is not written"),
@@ -154,7 +220,7 @@ impl<const LANES: usize> Machine<'_, LANES> {
             match op {
                 Op::Unary(op) => interpret::unary(op, arg(0)),
                 Op::Binary(op) => interpret::binary(op, arg(0), arg(1)),
-                Op::LookUp(..) => {
+                Op::LookUp(..) | Op::Gather(..) => {
                     let Some(Operand::Memory(MemoryOperand::Table(base, word))) = args.last() else {
                         panic!("no table")
                     };
@@ -234,9 +300,8 @@ fn store_all(block: &mut Block, array: Array, values: &[Value], masks: &[MaskVal
     }
 }
 
-fn runs_as_interpreted<const LANES: usize>(steps: &[[usize; 4]], seed: u32) {
+fn runs_as_interpreted<const LANES: usize>(block: &Block, seed: u32) {
     let lanes = 16;
-    let block = block(steps, lanes);
     let mut state = seed | 1;
     let mut words = |count: usize| -> Vec<u32> {
         let next = || {
@@ -247,26 +312,30 @@ fn runs_as_interpreted<const LANES: usize>(steps: &[[usize; 4]], seed: u32) {
         };
         std::iter::repeat_with(next).take(count).collect()
     };
-    let mut arrays = [words(5 * lanes), words(20), vec![0; (2 * steps.len() + 8) * lanes]];
+    let mut arrays = [words(5 * lanes), words(20), vec![0; RESULTS * lanes], words(5 * lanes)];
     let mut expected = arrays.clone();
     let mut lent: Vec<Words<'_>> = expected.iter_mut().map(|array| Words::Write(array)).collect();
-    assert_eq!(interpret(&block, &mut lent, 0..lanes), Some(()));
-    let (code, slots) = allocate::<Small<LANES>>(&block);
+    assert_eq!(interpret(block, &mut lent, 0..lanes), Some(()));
+    let (code, slots) = allocate::<Small<LANES>>(block);
     let mut machine = Machine {
         arrays: &mut arrays,
         registers: [[0xBAD; LANES]; 10],
         slots: vec![[0xBAD; LANES]; slots],
         bases: [0; 3],
+        offsets: [0; 3],
         lane: 0,
+        any: false,
     };
-    let (before, repeated) = code.steps.split_at(code.start);
-    before.iter().for_each(|step| machine.run(step));
+    code.steps[..code.start].iter().for_each(|step| machine.run(step));
     while machine.lane < lanes {
-        repeated.iter().for_each(|step| machine.run(step));
+        machine.run_all(&code.steps, code.start);
         machine.lane += LANES;
     }
     assert_eq!(arrays[0], expected[0]);
-    assert_eq!(arrays[2], expected[2]);
+    assert_eq!(arrays[3], expected[3]);
+    for place in 0..RESULTS {
+        assert_eq!(arrays[2][place * lanes..][..lanes], expected[2][place * lanes..][..lanes], "{place}");
+    }
 }
 
 proptest! {
@@ -276,7 +345,20 @@ proptest! {
         steps in prop::collection::vec(prop::array::uniform4(0usize..1 << 20), 1..120),
         seed in any::<u32>(),
     ) {
-        runs_as_interpreted::<4>(&steps, seed);
-        runs_as_interpreted::<8>(&steps, seed);
+        let block = block(&steps, 16);
+        runs_as_interpreted::<4>(&block, seed);
+        runs_as_interpreted::<8>(&block, seed);
+    }
+
+    #[test]
+    fn regions_run_with_few_registers(
+        steps in prop::collection::vec(0u32..1 << 20, 8..400),
+        seed in any::<u32>(),
+    ) {
+        let block = regions::block(&steps, 16);
+        if carries::<Small<4>>(&block) {
+            runs_as_interpreted::<4>(&block, seed);
+            runs_as_interpreted::<8>(&block, seed);
+        }
     }
 }

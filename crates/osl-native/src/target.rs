@@ -3,7 +3,7 @@
 //! A further kind is a variant here and an encoder; nothing else depends on it. This module must not know
 //! blocks' operations.
 
-use crate::allocate::{Assembled, assemble};
+use crate::allocate::{Assembled, assemble, carries};
 use crate::avx2::{self, Avx2};
 use crate::avx512::{self, Avx512};
 use crate::block::Block;
@@ -57,11 +57,22 @@ impl Target {
         }
     }
 
+    /// Whether there is code for the regions of a block: jumps, and registers for all values that a region
+    /// carries.
+    pub(crate) fn carries(self, block: &Block) -> bool {
+        match self {
+            Target::Avx2 => carries::<Avx2>(block),
+            Target::Avx512 => carries::<Avx512>(block),
+            Target::Neon => carries::<Neon>(block),
+        }
+    }
+
     /// Assembles the code of a block, whether or not this machine can run it, so that it can be inspected or
     /// emulated.
     ///
     /// The code takes four arguments, in the usual registers: the address of the array pointers, the address
-    /// of its slots, the byte offset of the first lane, and the byte offset after the last.
+    /// of its slots, the byte offset of the first lane, and the byte offset after the last. Code that may
+    /// stop has its budget in a register of its own.
     pub fn assemble(self, block: &Block) -> Assembled {
         match self {
             Target::Avx2 => assemble::<Avx2>(block),

@@ -13,6 +13,11 @@ const POINTERS: Gpr = Gpr::RDI;
 const SLOTS: Gpr = Gpr::RSI;
 const LANE: Gpr = Gpr::RDX;
 const END: Gpr = Gpr::RCX;
+/// The budget of a call, in a register beyond the usual parameters: what is left of it, which is negative if
+/// the code was stopped. The caller expects it to change.
+const BUDGET: Gpr = Gpr(12);
+/// Another one, for the offsets of addresses.
+const OFFSET: Gpr = Gpr(13);
 /// Caller-saved registers: for the arrays that are used most, and for the pointer of any other one.
 const BASES: [Gpr; 5] = [Gpr(8), Gpr(9), Gpr(10), Gpr(11), Gpr::RAX];
 /// Number of arrays whose pointers stay in registers.
@@ -46,6 +51,8 @@ pub(crate) enum Mem {
 pub(crate) enum Jump {
     IfAny,
     IfNone,
+    /// After a subtraction whose result is negative.
+    IfNegative,
     Always,
 }
 
@@ -72,6 +79,8 @@ pub(crate) struct Assembler {
     pool: Vec<u32>,
     /// Positions of the displacements to constants, each with the number of its constant.
     fixes: Vec<(usize, u32)>,
+    /// Jumps to where the code stops early.
+    stops: Vec<usize>,
     /// Number of instructions.
     pub(crate) count: usize,
 }
@@ -99,6 +108,30 @@ impl Assembler {
     pub(crate) fn base(&mut self, Base(to): Base, array: u32) {
         let to = BASES.get(usize::from(to)).copied().unwrap_or(Gpr::RAX);
         self.pointer(to, POINTERS, 8 * array as i32);
+    }
+
+    /// The register of a pointer.
+    pub(crate) fn base_register(Base(number): Base) -> Gpr {
+        BASES.get(usize::from(number)).copied().unwrap_or(Gpr::RAX)
+    }
+
+    /// Adds the first word of a vector to a pointer, as a number of words.
+    pub(crate) fn advance(&mut self, base: Base, vector: u8) {
+        self.count += 2;
+        let (to, offset) = (Self::base_register(base), OFFSET);
+        // vmovd offset, xmm (EVEX, or VEX for the lower registers: it exists without AVX-512)
+        let (b, vector_low) = (offset.0 >> 3 ^ 1, vector & 7);
+        if vector < 16 {
+            self.bytes.extend([0xC4, (vector >> 3 ^ 1) << 7 | 0x40 | b << 5 | 1, 0x79, 0x7E]);
+        } else {
+            let r = (vector >> 3 & 1) ^ 1;
+            self.bytes.extend([0x62, r << 7 | 0x40 | b << 5 | 1, 0x7D, 0x08, 0x7E]);
+        }
+        self.bytes.push(0xC0 | vector_low << 3 | offset.0 & 7);
+        // lea to, [to + offset * 4]
+        self.bytes.extend([0x48 | (to.0 >> 3) << 2 | (offset.0 >> 3) << 1 | to.0 >> 3, 0x8D]);
+        self.bytes.extend([0x84 | (to.0 & 7) << 3, 0x80 | (offset.0 & 7) << 3 | to.0 & 7]);
+        self.bytes.extend([0; 4]);
     }
 
     /// The number of a constant.
@@ -142,6 +175,7 @@ impl Assembler {
         match when {
             Jump::IfAny => self.bytes.extend([0x0F, 0x85]),
             Jump::IfNone => self.bytes.extend([0x0F, 0x84]),
+            Jump::IfNegative => self.bytes.extend([0x0F, 0x88]),
             Jump::Always => self.bytes.push(0xE9),
         }
         self.bytes.extend([0; 4]);
@@ -156,8 +190,34 @@ impl Assembler {
         }
     }
 
+    /// A jump back to an earlier position, taken if the mask tested last was not all zeros.
+    pub(crate) fn jump_back(&mut self, to: usize) {
+        let jump = self.jump(Jump::IfAny);
+        let distance = to as i32 - jump as i32;
+        if let Some(slot) = self.bytes.last_chunk_mut::<4>() {
+            *slot = distance.to_le_bytes();
+        }
+    }
+
+    /// Takes a cost from the budget; if it `may_stop`, stops the code once the budget is negative.
+    pub(crate) fn spend(&mut self, cost: u32, may_stop: bool) {
+        self.count += 1;
+        // sub budget, imm32
+        self.bytes.extend([0x48 | BUDGET.0 >> 3, 0x81, 0xE8 | BUDGET.0 & 7]);
+        self.bytes.extend((cost.min(i32::MAX as u32) as i32).to_le_bytes());
+        if may_stop {
+            self.stop(Jump::IfNegative);
+        }
+    }
+
+    /// A jump to where the code stops early.
+    pub(crate) fn stop(&mut self, when: Jump) {
+        let jump = self.jump(when);
+        self.stops.push(jump);
+    }
+
     /// `LANE += step; if LANE < END goto start`, then the epilogue: clears the upper register halves and
-    /// returns.
+    /// returns. Code that stops early has an end of its own.
     pub(crate) fn count_and_return(&mut self, step: i8, start: usize) {
         self.count += 5;
         let (to, end) = (LANE, END);
@@ -168,7 +228,16 @@ impl Assembler {
         self.bytes.extend([0x0F, 0x82]);
         self.bytes.extend((start as i32 - behind as i32).to_le_bytes());
         // vzeroupper; ret
-        self.bytes.extend([0xC5, 0xF8, 0x77, 0xC3]);
+        const RETURN: [u8; 4] = [0xC5, 0xF8, 0x77, 0xC3];
+        self.bytes.extend(RETURN);
+        let stops = std::mem::take(&mut self.stops);
+        if !stops.is_empty() {
+            stops.into_iter().for_each(|jump| self.land(jump));
+            // mov budget, -1
+            self.count += 3;
+            self.bytes.extend([0x48 | BUDGET.0 >> 3, 0xC7, 0xC0 | BUDGET.0 & 7, 0xFF, 0xFF, 0xFF, 0xFF]);
+            self.bytes.extend(RETURN);
+        }
     }
 
     /// The bytes of a memory operand; `behind` bytes of the instruction follow.
@@ -269,6 +338,34 @@ pub(crate) mod tests {
             let text = one(|code| code.pointer(Gpr(10), Gpr(number as u8), 8));
             assert_eq!(text, format!("mov r10, [{base}+8]"));
         }
+    }
+
+    #[test]
+    fn offsets_are_added_to_pointers() {
+        for (base, name) in [(0, "r8"), (3, "r11"), (4, "rax")] {
+            for vector in [1, 9, 17, 31] {
+                let mut code = Assembler::default();
+                code.advance(Base(base), vector);
+                let expected = [format!("vmovd r13d, xmm{vector}"), format!("lea {name}, [{name}+r13*4]")];
+                assert_eq!(read(&code.bytes), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_budget_is_spent_and_stops_code() {
+        let mut code = Assembler::default();
+        let start = code.here();
+        code.spend(100, true);
+        code.spend(7, false);
+        code.jump_back(start);
+        code.count_and_return(64, start);
+        let texts = read(&code.bytes);
+        let end = code.here() - 11;
+        let expected = ["sub r12, 64h".to_owned(), format!("js {end:016X}h"), "sub r12, 7".to_owned()];
+        assert_eq!(texts[..3], expected);
+        assert_eq!(texts[3], "jne 0");
+        assert_eq!(texts[texts.len() - 3..], ["mov r12, 0FFFFFFFFFFFFFFFFh", "vzeroupper", "ret"]);
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod maps;
 mod nodes;
 mod oso;
 mod proven_bounds;
+mod regions;
 mod reject;
 mod rules;
 mod same_bits;

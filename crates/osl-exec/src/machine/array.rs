@@ -37,8 +37,15 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         }
     }
 
+    /// Marks all elements.
+    pub(super) fn touch_array(&mut self, array: u32) {
+        if let Some(dirty) = self.dirty.get_mut(array as usize) {
+            dirty.fill(true);
+        }
+    }
+
     /// Marks the elements that a store may write.
-    fn touch_all(&mut self, array: u32, index: Operand, mask: &Mask) {
+    pub(super) fn touch_all(&mut self, array: u32, index: Operand, mask: &Mask) {
         let last = self.program.arrays[array as usize].len.saturating_sub(1);
         let mut dirty = std::mem::take(&mut self.dirty[array as usize]);
         let mut mark = |at: u32| {

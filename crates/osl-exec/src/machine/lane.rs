@@ -6,9 +6,9 @@
 use super::{Machine, Mask};
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::lanes::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane};
+use crate::lanes::{Gather, LaneInput, LaneRun, Move, PIECE, Ready, ReadyArg, ReadyLane};
 use crate::native::{Files, Key, MAX_RUN, Sequence, Waiting};
-use crate::program::{CellLocation, Export, LaneStep, Location, Operand, Step};
+use crate::program::{CellLocation, Export, LaneStep, LoadStep, Location, Operand, Step, StoreStep};
 use crate::register::{LINE, Lanes};
 use osl_ir::ir::MAX_ARGS;
 use osl_lanes::Word;
@@ -38,6 +38,9 @@ enum Item<'a> {
     Lane(&'a LaneStep),
     /// Gives lanes the values of their cells.
     Gather(&'a Export, CellLocation),
+    /// Reads or writes an element of an array, which starts at a word.
+    Load(&'a LoadStep, u32),
+    Store(&'a StoreStep, u32),
 }
 
 impl<'a> Queue<'a> {
@@ -58,6 +61,15 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         for step in steps {
             match step {
                 Step::Lane(step) => self.queue(step),
+                // What is uniform depends on no lane.
+                Step::Load(step) if self.is_uniform(step.array, step.out) => {
+                    self.load(step.array, step.index, step.out);
+                }
+                Step::Store(step) if self.is_uniform(step.array, step.value) => {
+                    self.store(step.array, step.index, step.value, mask);
+                }
+                Step::Load(step) if self.queue_load(step) => {}
+                Step::Store(step) if self.queue_store(step, mask) => {}
                 Step::PerCell { group, steps, exports } => self.per_cell(*group, steps, exports, mask)?,
                 _ => {
                     self.run_queue();
@@ -80,11 +92,53 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                 let ones = ones.fold(0u32, |all, one| all << 1 | one);
                 let running = u32::from(self.per_cell.is_running());
                 self.queue.push(Item::Lane(step), step.life.0, component << 8 | running << 7 | ones);
-                if self.queue.items.len() >= MAX_RUN {
-                    self.run_queue();
-                }
+                self.bound_queue();
             }
         }
+    }
+
+    fn bound_queue(&mut self) {
+        if self.queue.items.len() >= MAX_RUN {
+            self.run_queue();
+        }
+    }
+
+    /// Whether an array and a value are the same for all lanes.
+    fn is_uniform(&self, array: u32, value: Operand) -> bool {
+        let uniform = self.program.arrays.get(array as usize).is_some_and(|plan| !plan.varying);
+        uniform && matches!(value.location, Location::Words(_))
+    }
+
+    /// The first word of an element whose index is a constant, in an array that differs between lanes.
+    fn constant_place(&self, array: u32, index: Operand) -> Option<u32> {
+        let Location::Words(at) = index.location else { return None };
+        let plan = self.program.arrays.get(array as usize).filter(|plan| plan.varying)?;
+        let index = self.program.constant(at)?.min(plan.len.saturating_sub(1));
+        u32::try_from(u64::from(index * plan.words) * self.width as u64).ok()
+    }
+
+    /// Whether it queued reading an element.
+    fn queue_load(&mut self, step: &'a LoadStep) -> bool {
+        if self.per_cell.is_running() || !matches!(step.out.location, Location::Lanes { cells: None, .. }) {
+            return false;
+        }
+        let Some(word) = self.constant_place(step.array, step.index) else { return false };
+        self.queue.push(Item::Load(step, word), step.life.0, 1 << 5);
+        self.bound_queue();
+        true
+    }
+
+    /// Whether it queued writing an element, which it does for all lanes together.
+    fn queue_store(&mut self, step: &'a StoreStep, mask: &Mask) -> bool {
+        let cells = matches!(step.value.location, Location::Lanes { cells: Some(_), .. });
+        if self.per_cell.is_running() || cells || !matches!(mask, Mask::All(_)) {
+            return false;
+        }
+        let Some(word) = self.constant_place(step.array, step.index) else { return false };
+        self.touch_all(step.array, step.index, mask);
+        self.queue.push(Item::Store(step, word), step.at, 1 << 4);
+        self.bound_queue();
+        true
     }
 
     /// Queues the copying of cell values to lanes.
@@ -119,7 +173,8 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         let (isa, width) = (self.isa, self.width);
         let (cells, indices) = self.per_cell.tables();
         let (words, broadcasts) = (&self.words[..], &mut self.broadcasts);
-        let mut files = Files { registers: &mut self.registers, cells, indices, words, broadcasts };
+        let lanes = (&mut self.registers[..], &mut self.arrays[..]);
+        let mut files = Files::new(lanes, (cells, indices), words, broadcasts);
         match (plan, &mut native) {
             (Some(plan), Some(cache)) => plan.run::<A>(isa, &mut files, width, &mut cache.scratch),
             _ => A::lanes(isa, files.run(isa, &ready, width, 0..width)),
@@ -153,7 +208,27 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                 let gather = Gather { group: cells.group, from: (cells.reg, component), words, out };
                 Waiting { ready: Ready::Gather(gather), at: 0, last: export.last }
             }
+            Item::Load(step, word) => {
+                let (at, last) = step.life;
+                Waiting { ready: Ready::Load(self.moved((step.array, *word), step.out)), at, last }
+            }
+            Item::Store(step, word) => {
+                let ready = Ready::Store(self.moved((step.array, *word), step.value));
+                Waiting { ready, at: step.at, last: step.at }
+            }
         }
+    }
+
+    /// A queued access to an array.
+    fn moved(&self, array: (u32, u32), value: Operand) -> Move {
+        let from = self.from(value);
+        let apart = match from {
+            _ if value.words == 1 => 0,
+            LaneInput::Lanes(..) => self.width as u32,
+            LaneInput::Words(_) | LaneInput::Cell(..) => 1,
+        };
+        let words = self.program.arrays.get(array.0 as usize).map_or(0, |plan| plan.words);
+        Move { array, words: words as u8, value: from, apart }
     }
 
     /// Runs a lane operation with a uniform result, which is stored from word `at` on.
@@ -167,6 +242,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             words: &self.words,
             cells: &[],
             indices: &[],
+            arrays: &mut [],
             broadcasts: &mut self.broadcasts,
             width: 1,
             lanes: 0..1,

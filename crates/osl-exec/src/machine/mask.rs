@@ -39,6 +39,11 @@ impl Mask {
         !matches!(self, Mask::None)
     }
 
+    /// The word of each lane, unless all lanes or none are in the set.
+    pub(super) fn bits(&self) -> &[u32] {
+        if let Mask::Some(bits) = self { bits } else { &[] }
+    }
+
     /// The lanes of the set where `cond` is nonzero, and those where it is zero.
     pub(super) fn split<W: Word>(&self, isa: Isa, cond: &[W]) -> (Mask, Mask) {
         let within = match self {

@@ -21,6 +21,7 @@ mod noise;
 mod per_cell;
 mod point;
 mod profiled;
+mod region;
 mod report;
 mod runs;
 mod text;
@@ -72,6 +73,11 @@ pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     ready: Vec<Ready>,
     /// Sequences of lane operations that have occurred, unless everything runs without machine code.
     native: Option<native::PlanCache>,
+    /// Branches and loops, and their machine code.
+    regions: Vec<region::State>,
+    /// For regions: their uniform results for each lane, the arrays as they were, the numbers of the lanes.
+    region_memory: (Vec<u32>, Vec<A::Word>),
+    region_numbers: Vec<u32>,
     limits: &'a Limits,
     /// The cost of the batch so far.
     work: work::Work,
@@ -127,6 +133,9 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             queue: lane::Queue::default(),
             ready: Vec::new(),
             native: A::NATIVE.and_then(|_| native::PlanCache::new(native, isa)),
+            regions: region::states(program),
+            region_memory: Default::default(),
+            region_numbers: Vec::new(),
             limits: &options.limits,
             work: work::Work::default(),
             ran: false,
@@ -293,12 +302,21 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                 self.spend_kernel(0, mask);
                 self.within_limits(Some(step.span))?;
             }
-            Step::Load { array, index, out } => self.load(*array, *index, *out),
-            Step::Store { array, index, value } => self.store(*array, *index, *value, mask),
-            Step::If { cond, then, otherwise, results } => {
-                self.branch(*cond, then, otherwise, results, mask)?
+            Step::Load(step) => self.load(step.array, step.index, step.out),
+            Step::Store(step) => self.store(step.array, step.index, step.value, mask),
+            Step::If { region, cond, then, otherwise, results } => {
+                let varies = matches!(cond.location, Location::Lanes { .. });
+                if !varies || !self.region(*region, step, mask)? {
+                    self.branch(*cond, then, otherwise, results, mask)?
+                }
             }
-            Step::Loop { params, body, cond, span } => self.round(params, body, *cond, *span, mask)?,
+            Step::Loop { region, params, body, cond, span } => {
+                if !self.region(*region, step, mask)? {
+                    let before = self.work.spent;
+                    self.round(params, body, *cond, *span, mask)?;
+                    self.note_region(*region, self.work.spent.saturating_sub(before));
+                }
+            }
             Step::FindCells { group, roots, outs, exports } => {
                 self.find_cells(*group, roots, outs, mask);
                 self.export_roots(*group, roots, outs, exports);

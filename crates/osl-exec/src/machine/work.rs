@@ -69,6 +69,16 @@ impl Work {
         (self.lane, self.most, self.over) = (0, 0, None);
     }
 
+    /// Whether each lane has its own count.
+    pub(super) fn counts_lanes(&self) -> bool {
+        !self.lanes.is_empty()
+    }
+
+    /// The steps that a point of the batch may still take.
+    pub(super) fn left(&self) -> u64 {
+        self.limit.saturating_sub(self.spent)
+    }
+
     /// Charges all points.
     pub(super) fn add_all(&mut self, steps: u64) {
         self.spent = self.spent.saturating_add(steps);

@@ -2,7 +2,7 @@
 
 use super::{Sequence, Shape, Style, Waiting, record};
 use crate::arithmetic::ArithmeticImpl;
-use crate::lanes::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyLane};
+use crate::lanes::{Gather, LaneInput, LaneRun, Move, PIECE, Ready, ReadyLane};
 use crate::register::Lanes;
 use osl_ir::ir::MAX_ARGS;
 use osl_lanes::Word;
@@ -35,6 +35,14 @@ pub(super) enum ArraySource {
     Index(u16),
     /// The uniform file.
     Words,
+    /// An array with elements for each lane, or of the same for all.
+    Array(u32),
+    /// The lanes that a region runs for.
+    Mask,
+    /// Uniform results of a region, each with a word for each lane.
+    Results,
+    /// The number of each lane.
+    Numbers,
 }
 
 /// The data on which a plan works.
@@ -43,10 +51,27 @@ pub(crate) struct Files<'a, W> {
     pub(crate) cells: &'a [Lanes<W>],
     pub(crate) indices: &'a [Lanes],
     pub(crate) words: &'a [W],
+    pub(crate) arrays: &'a mut [Lanes<W>],
     pub(crate) broadcasts: &'a mut [Vec<W>; MAX_ARGS],
+    /// Only for regions: the mask, the numbers of the lanes, and the uniform results.
+    pub(crate) mask: &'a [u32],
+    pub(crate) numbers: &'a [u32],
+    pub(crate) results: &'a mut [u32],
 }
 
-impl<W> Files<'_, W> {
+impl<'f, W> Files<'f, W> {
+    /// Those of a sequence of lane operations. `tables`: the registers of the cells, and the cell of each
+    /// lane by group.
+    pub(crate) fn new(
+        (registers, arrays): (&'f mut [Lanes<W>], &'f mut [Lanes<W>]),
+        (cells, indices): (&'f [Lanes<W>], &'f [Lanes]),
+        words: &'f [W],
+        broadcasts: &'f mut [Vec<W>; MAX_ARGS],
+    ) -> Self {
+        let (mask, numbers, results) = (&[][..], &[][..], &mut [][..]);
+        Files { registers, arrays, cells, indices, words, broadcasts, mask, numbers, results }
+    }
+
     /// Operations that are interpreted.
     pub(crate) fn run<'a>(
         &'a mut self,
@@ -55,8 +80,8 @@ impl<W> Files<'_, W> {
         width: usize,
         lanes: Range<usize>,
     ) -> LaneRun<'a, W> {
-        let Files { registers, cells, indices, words, broadcasts } = self;
-        LaneRun { isa, steps, registers, words, cells, indices, broadcasts, width, lanes }
+        let Files { registers, arrays, cells, indices, words, broadcasts, .. } = self;
+        LaneRun { isa, steps, registers, words, cells, indices, arrays, broadcasts, width, lanes }
     }
 }
 
@@ -65,7 +90,7 @@ impl Plan {
     pub(super) fn new(sequence: &Sequence<'_>, shape: Shape) -> Option<Plan> {
         let is_known = |waiting: &Waiting| match waiting.ready {
             Ready::Lane(step) => record::is_known(step.op, shape.style),
-            Ready::Gather(_) => true,
+            _ => true,
         };
         let mut parts = Vec::new();
         for part in sequence.items.chunk_by(|a, b| is_known(a) == is_known(b)) {
@@ -131,19 +156,34 @@ pub(super) fn lend<'f, W: Word>(
     arrays: &'f [ArraySource],
     files: &'f mut Files<'_, W>,
 ) -> impl Iterator<Item = Words<'f>> {
-    let Files { registers, cells, indices, words, .. } = files;
+    let Files { registers, arrays: own, cells, indices, words, mask, numbers, results, .. } = files;
     let (mut rest, mut passed) = (&mut **registers, 0);
+    let (mut own, mut own_passed) = (&mut **own, 0);
+    let mut results = Some(&mut **results);
     arrays.iter().map_while(move |source| match source {
         ArraySource::Register(reg) => {
-            let (_, found) = std::mem::take(&mut rest).split_at_mut_checked(*reg as usize - passed)?;
-            let (register, behind) = found.split_first_mut()?;
-            (rest, passed) = (behind, *reg as usize + 1);
+            let register = next(&mut rest, &mut passed, *reg)?;
             W::narrow_mut(register.words_mut()).map(Words::Write)
+        }
+        ArraySource::Array(array) => {
+            let array = next(&mut own, &mut own_passed, *array)?;
+            W::narrow_mut(array.words_mut()).map(Words::Write)
         }
         ArraySource::Cells(reg) => W::narrow(cells.get(*reg as usize)?.words()).map(Words::Read),
         ArraySource::Index(group) => Some(Words::Read(indices.get(usize::from(*group))?.words())),
         ArraySource::Words => W::narrow(words).map(Words::Read),
+        ArraySource::Mask => Some(Words::Read(mask)),
+        ArraySource::Results => results.take().map(Words::Write),
+        ArraySource::Numbers => Some(Words::Read(numbers)),
     })
+}
+
+/// One of the lanes that are left, by its number, of which `passed` came before.
+fn next<'f, W>(rest: &mut &'f mut [Lanes<W>], passed: &mut usize, number: u32) -> Option<&'f mut Lanes<W>> {
+    let (_, found) = std::mem::take(rest).split_at_mut_checked((number as usize).checked_sub(*passed)?)?;
+    let (lanes, behind) = found.split_first_mut()?;
+    (*rest, *passed) = (behind, number as usize + 1);
+    Some(lanes)
 }
 
 /// Compiles operations that can all become code.
@@ -160,14 +200,18 @@ pub(super) fn block(
 ) -> Option<(Block, Vec<ArraySource>)> {
     let mut sources = BTreeSet::new();
     for waiting in run {
+        let input = |from: LaneInput| match from {
+            LaneInput::Lanes(reg, _) => ArraySource::Register(reg),
+            LaneInput::Words(_) => ArraySource::Words,
+            LaneInput::Cell(reg, _) => ArraySource::Cells(reg),
+        };
         match waiting.ready {
             Ready::Lane(step) => {
                 sources.insert(ArraySource::Register(step.out.0));
-                sources.extend(step.args().iter().map(|arg| match arg.from {
-                    LaneInput::Lanes(reg, _) => ArraySource::Register(reg),
-                    LaneInput::Words(_) => ArraySource::Words,
-                    LaneInput::Cell(reg, _) => ArraySource::Cells(reg),
-                }));
+                sources.extend(step.args().iter().map(|arg| input(arg.from)));
+            }
+            Ready::Load(step) | Ready::Store(step) => {
+                sources.extend([ArraySource::Array(step.array.0), input(step.value)]);
             }
             Ready::Gather(step) => {
                 sources.extend([
@@ -178,36 +222,46 @@ pub(super) fn block(
             }
         }
     }
-    let mut block = Block::new();
-    let arrays: FxHashMap<ArraySource, Array> =
-        sources.iter().map(|source| (*source, block.array())).collect();
     let end = run.iter().map(|waiting| waiting.at).max()?;
-    let mut writer = Writer { constant, block, arrays, width: shape.width as u32, style: shape.style };
+    let mut writer = Writer::new(&sources, constant, shape);
     for waiting in run {
         let kept = waiting.last > end;
         match &waiting.ready {
             Ready::Lane(step) => writer.lane(step, kept)?,
             Ready::Gather(step) => writer.gather(step, kept)?,
+            Ready::Load(step) => writer.load(step, kept)?,
+            Ready::Store(step) => writer.store(step)?,
         }
     }
     Some((writer.block, sources.into_iter().collect()))
 }
 
 /// The constants of the uniform file.
-type Constants<'a> = &'a dyn Fn(u32) -> Option<u32>;
+pub(super) type Constants<'a> = &'a dyn Fn(u32) -> Option<u32>;
 
 // The values of the cells are a table.
 const _: () = assert!(MAX_CELLS == TABLE);
 
-struct Writer<'a> {
+/// Writes lane operations into a block over arrays.
+pub(super) struct Writer<'a> {
     constant: Constants<'a>,
-    block: Block,
+    pub(super) block: Block,
     arrays: FxHashMap<ArraySource, Array>,
-    width: u32,
-    style: Style,
+    pub(super) width: u32,
+    pub(super) style: Style,
 }
 
-impl Writer<'_> {
+impl<'a> Writer<'a> {
+    pub(super) fn new(sources: &BTreeSet<ArraySource>, constant: Constants<'a>, shape: Shape) -> Self {
+        let mut block = Block::new();
+        let arrays = sources.iter().map(|source| (*source, block.array())).collect();
+        Writer { constant, block, arrays, width: shape.width as u32, style: shape.style }
+    }
+
+    pub(super) fn array(&self, source: ArraySource) -> Option<Array> {
+        self.arrays.get(&source).copied()
+    }
+
     fn lane(&mut self, step: &ReadyLane, kept: bool) -> Option<()> {
         let shape = step.op.shape();
         let out = *self.arrays.get(&ArraySource::Register(step.out.0))?;
@@ -241,8 +295,28 @@ impl Writer<'_> {
         Some(())
     }
 
+    fn load(&mut self, step: &Move, kept: bool) -> Option<()> {
+        let LaneInput::Lanes(reg, first) = step.value else { return None };
+        let (from, to) =
+            (self.array(ArraySource::Array(step.array.0))?, self.array(ArraySource::Register(reg))?);
+        for component in 0..u32::from(step.words) {
+            let value = self.block.lanes(from, step.array.1 + component * self.width);
+            self.block.store(to, first + component * step.apart, value, kept);
+        }
+        Some(())
+    }
+
+    fn store(&mut self, step: &Move) -> Option<()> {
+        let to = self.array(ArraySource::Array(step.array.0))?;
+        for component in 0..u32::from(step.words) {
+            let value = self.value(step.value.after(component * step.apart), 0)?;
+            self.block.store(to, step.array.1 + component * self.width, value, true);
+        }
+        Some(())
+    }
+
     /// A component of an argument.
-    fn value(&mut self, from: LaneInput, component: u32) -> Option<Value> {
+    pub(super) fn value(&mut self, from: LaneInput, component: u32) -> Option<Value> {
         Some(match from {
             LaneInput::Lanes(reg, word) => {
                 let array = *self.arrays.get(&ArraySource::Register(reg))?;

@@ -101,13 +101,12 @@ impl Case {
 
     /// The result, as `run` computes it.
     fn result(&mut self, run: impl FnOnce(&mut Files<'_, u32>)) -> Vec<u32> {
-        run(&mut Files {
-            registers: &mut self.registers,
-            cells: &[],
-            indices: &[],
-            words: &self.words,
-            broadcasts: &mut Default::default(),
-        });
+        run(&mut Files::new(
+            (&mut self.registers, &mut []),
+            (&[], &[]),
+            &self.words,
+            &mut Default::default(),
+        ));
         std::mem::replace(&mut self.registers[0], Lanes::new(self.out)).words().to_vec()
     }
 }
@@ -128,7 +127,7 @@ fn cases(style: Style) -> impl Iterator<Item = Case> {
 fn fused(mut run: LaneRun<'_, u32>) {
     let is_strict = |step: &Ready| match step {
         Ready::Lane(step) => step.op.precision() == Precision::Strict,
-        Ready::Gather(_) => true,
+        _ => true,
     };
     run.each_alike(is_strict, |strict, part| {
         if strict {

@@ -2,8 +2,8 @@
 
 use super::uses::Uses;
 use super::{
-    CellLocation, Export, KernelStep, LaneStep, Location, LoopParam, Mark, Operand, OutputPlan, OutputSource,
-    Seed, Step, Steps, per_cell, weigh, words_of,
+    CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark, Operand, OutputPlan,
+    OutputSource, Seed, Step, Steps, StoreStep, per_cell, weigh, words_of,
 };
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
@@ -91,6 +91,8 @@ pub(super) struct Compiler<'a> {
     pub(super) inputs: Vec<(u32, u32)>,
     pub(super) strings: Strings,
     pub(super) marks: Vec<Mark>,
+    /// Number of branches and loops.
+    pub(super) regions: u32,
     /// The mark of the step around the current position.
     around: Option<u32>,
 }
@@ -118,6 +120,7 @@ impl<'a> Compiler<'a> {
             inputs: Vec::new(),
             strings,
             marks: Vec::new(),
+            regions: 0,
             around: None,
         }
     }
@@ -306,13 +309,14 @@ impl<'a> Compiler<'a> {
             Op::LoadElement(slot, index) => {
                 let index = self.operand(*index);
                 if let Some(out) = self.result(inst) {
-                    steps.push(Step::Load { array: slot.0, index, out });
+                    let life = (self.position, self.last(inst));
+                    steps.push(Step::Load(LoadStep { array: slot.0, index, out, life }));
                 }
                 self.advance();
             }
             Op::StoreElement(slot, index, value) => {
                 let (index, value) = (self.operand(*index), self.operand(*value));
-                steps.push(Step::Store { array: slot.0, index, value });
+                steps.push(Step::Store(StoreStep { array: slot.0, index, value, at: self.position }));
                 self.advance();
             }
             // The `ssa` and `derive` passes have removed these.
@@ -328,7 +332,7 @@ impl<'a> Compiler<'a> {
                 let b: Vec<Operand> = else_yields.iter().map(|v| self.operand(*v)).collect();
                 self.advance();
                 let results = results.into_iter().zip(a).zip(b).map(|((r, a), b)| [r, a, b]).collect();
-                steps.push(Step::If { cond, then, otherwise, results });
+                steps.push(Step::If { region: self.region(), cond, then, otherwise, results });
             }
             Op::Loop { init, params, body, cond, next } => {
                 let first: Vec<Operand> = init.iter().map(|v| self.operand(*v)).collect();
@@ -337,20 +341,28 @@ impl<'a> Compiler<'a> {
                     self.define(*param);
                     self.define(*result);
                     let (param, result) = (self.operand(*param), self.operand(*result));
-                    carried.push(LoopParam { init, param, next: init, result });
+                    carried.push(LoopParam { init, param, next: init, result, is_read: true });
                 }
                 self.advance();
                 self.loops += 1;
                 let inner = self.block(*body);
                 self.loops -= 1;
-                for (carried, next) in carried.iter_mut().zip(next) {
+                for ((carried, next), result) in carried.iter_mut().zip(next).zip(&inst.results) {
                     carried.next = self.operand(*next);
+                    carried.is_read = self.last_use[result.index()] > self.position;
                 }
                 let cond = self.operand(*cond);
                 self.advance();
-                steps.push(Step::Loop { params: carried, body: inner, cond, span: inst.span });
+                let region = self.region();
+                steps.push(Step::Loop { region, params: carried, body: inner, cond, span: inst.span });
             }
         }
+    }
+
+    /// The number of a branch or a loop.
+    fn region(&mut self) -> u32 {
+        self.regions += 1;
+        self.regions - 1
     }
 
     /// Makes the result a view of the argument if possible. Returns whether it did.

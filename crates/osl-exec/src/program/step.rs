@@ -61,28 +61,22 @@ pub(crate) struct Mark {
     pub(crate) around: Option<u32>,
 }
 
-/// One step of the interpreter.
+/// One step of the interpreter. Branches and loops have a number each, their region.
 #[derive(Clone, Debug)]
 pub(crate) enum Step {
     Lane(LaneStep),
     Kernel(Box<KernelStep>),
-    Load {
-        array: u32,
-        index: Operand,
-        out: Operand,
-    },
-    Store {
-        array: u32,
-        index: Operand,
-        value: Operand,
-    },
+    Load(LoadStep),
+    Store(StoreStep),
     If {
+        region: u32,
         cond: Operand,
         then: Steps,
         otherwise: Steps,
         results: Vec<[Operand; 3]>,
     },
     Loop {
+        region: u32,
         params: Vec<LoopParam>,
         body: Steps,
         cond: Operand,
@@ -116,6 +110,26 @@ pub(crate) struct LaneStep {
     pub(crate) out: Operand,
     /// The position of its instruction in the program, and the last position at which its result is read.
     pub(crate) life: (u32, u32),
+}
+
+/// A step that reads an element of an array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoadStep {
+    pub(crate) array: u32,
+    pub(crate) index: Operand,
+    pub(crate) out: Operand,
+    /// As in [`LaneStep`].
+    pub(crate) life: (u32, u32),
+}
+
+/// A step that writes an element of an array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StoreStep {
+    pub(crate) array: u32,
+    pub(crate) index: Operand,
+    pub(crate) value: Operand,
+    /// The position of its instruction in the program.
+    pub(crate) at: u32,
 }
 
 /// A value of cells that points read.
@@ -158,6 +172,8 @@ pub(crate) struct LoopParam {
     pub(crate) param: Operand,
     pub(crate) next: Operand,
     pub(crate) result: Operand,
+    /// Whether anything after the loop reads the result.
+    pub(crate) is_read: bool,
 }
 
 /// An output of the program.

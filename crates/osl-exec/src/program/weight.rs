@@ -15,7 +15,7 @@ pub(crate) const SERIAL: u64 = 8;
 pub(crate) fn weight(step: &Step) -> u64 {
     match step {
         Step::Lane(step) => of_op(step.op) * u64::from(step.out.words.min(3)),
-        Step::Load { .. } | Step::Store { .. } => 4,
+        Step::Load(_) | Step::Store(_) => 4,
         Step::Kernel(step) => of_kernel(&step.kernel) + step.outs.len() as u64,
         Step::If { results, .. } => 4 + results.len() as u64,
         Step::FindCells { roots, .. } => 4 * roots.len() as u64,

@@ -44,6 +44,8 @@ pub(super) mod name {
     pub(in super::super) const VPMULLD: Opcode = opcode(2, P66, 0x40);
     pub(in super::super) const VPMINSD: Opcode = opcode(2, P66, 0x39);
     pub(in super::super) const VPMAXSD: Opcode = opcode(2, P66, 0x3D);
+    pub(in super::super) const VPMINUD: Opcode = opcode(2, P66, 0x3B);
+    pub(in super::super) const VPGATHERDD: Opcode = opcode(2, P66, 0x90);
     pub(in super::super) const VPABSD: Opcode = opcode(2, P66, 0x1E);
     pub(in super::super) const VPSLLVD: Opcode = opcode(2, P66, 0x47);
     pub(in super::super) const VPSRAVD: Opcode = opcode(2, P66, 0x46);
@@ -87,6 +89,19 @@ impl Assembler {
             Rm::Memory(mem) => self.memory(reg.0 & 7, mem, i32::from(imm.is_some())),
         }
         self.bytes.extend(imm);
+    }
+
+    /// Gathers the words at a base plus four times each index into the lanes of `to`. The three registers
+    /// differ. The mask, which must be full, is empty then.
+    pub(super) fn gather(&mut self, to: Ymm, index: Ymm, mask: Ymm, mem: Mem) {
+        self.count += 1;
+        let Mem::At(base, disp) = mem else { return };
+        let op = name::VPGATHERDD;
+        let (r, x, b) = (to.0 >> 3 ^ 1, index.0 >> 3 ^ 1, mem.b() ^ 1);
+        let last = (!mask.0 & 15) << 3 | 4 | op.prefix;
+        self.bytes.extend([0xC4, r << 7 | x << 6 | b << 5 | op.map, last, op.byte]);
+        self.bytes.extend([0x84 | (to.0 & 7) << 3, 0x80 | (index.0 & 7) << 3 | base.0 & 7]);
+        self.bytes.extend(disp.to_le_bytes());
     }
 
     /// `yes` in the lanes whose mask has its highest bit set, else `no`.
@@ -182,6 +197,11 @@ mod tests {
         assert_eq!(plain(name::VCVTTPS2DQ, None), "vcvttps2dq ymm1, ymm3");
         assert_eq!(plain(name::VPABSD, None), "vpabsd ymm1, ymm3");
         assert_eq!(plain(name::VMOVUPS, None), "vmovups ymm1, ymm3");
+        for (to, index, base) in [(1, 3, "rsi"), (9, 13, "r10"), (15, 4, "rax")] {
+            let number = NAMES.iter().position(|name| *name == base).map_or(0, |at| at as u8);
+            let text = one(|code| code.gather(Ymm(to), Ymm(index), Ymm(7), Mem::At(Gpr(number), 128)));
+            assert_eq!(text, format!("vpgatherdd ymm{to}, [{base}+ymm{index}*4+80h], ymm7"));
+        }
         for (op, text) in [
             (name::VADDPS, "vaddps"),
             (name::VSUBPS, "vsubps"),
@@ -194,6 +214,7 @@ mod tests {
             (name::VPMULLD, "vpmulld"),
             (name::VPMINSD, "vpminsd"),
             (name::VPMAXSD, "vpmaxsd"),
+            (name::VPMINUD, "vpminud"),
             (name::VPAND, "vpand"),
             (name::VPANDN, "vpandn"),
             (name::VPOR, "vpor"),

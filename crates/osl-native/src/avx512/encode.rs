@@ -48,6 +48,8 @@ pub(super) mod name {
     pub(in super::super) const VPMULLD: Opcode = opcode(2, P66, 0x40);
     pub(in super::super) const VPMINSD: Opcode = opcode(2, P66, 0x39);
     pub(in super::super) const VPMAXSD: Opcode = opcode(2, P66, 0x3D);
+    pub(in super::super) const VPMINUD: Opcode = opcode(2, P66, 0x3B);
+    pub(in super::super) const VPGATHERDD: Opcode = opcode(2, P66, 0x90);
     pub(in super::super) const VPABSD: Opcode = opcode(2, P66, 0x1E);
     pub(in super::super) const VPSLLVD: Opcode = opcode(2, P66, 0x47);
     pub(in super::super) const VPSRAVD: Opcode = opcode(2, P66, 0x46);
@@ -67,6 +69,7 @@ pub(super) mod name {
     /// The result minus the first operand times the last.
     pub(in super::super) const VFNMADD231PS: Opcode = opcode(2, P66, 0xBC);
     // Mask instructions, VEX-encoded.
+    pub(in super::super) const KXNORW: Opcode = opcode(1, NONE, 0x46);
     pub(in super::super) const KORTESTW: Opcode = opcode(1, NONE, 0x98);
     pub(in super::super) const KANDW: Opcode = opcode(1, NONE, 0x41);
     pub(in super::super) const KORW: Opcode = opcode(1, NONE, 0x45);
@@ -108,6 +111,21 @@ impl Assembler {
             Rm::Lanes(mem) | Rm::Word(mem) => self.memory(reg & 7, mem, i32::from(imm.is_some())),
         }
         self.bytes.extend(imm);
+    }
+
+    /// Gathers the words at a base plus four times each index into the lanes of `to`, which is not `index`.
+    /// The mask, which must be full, is empty then.
+    pub(super) fn evex_gather(&mut self, to: Zmm, index: Zmm, mask: K, mem: Mem) {
+        self.count += 1;
+        let Mem::At(base, disp) = mem else { return };
+        let bit = |value: u8, at: u8| (value >> at) & 1;
+        let op = name::VPGATHERDD;
+        let (x, b) = (bit(index.0, 3), bit(base.0, 3));
+        let p0 = (bit(to.0, 3) ^ 1) << 7 | (x ^ 1) << 6 | (b ^ 1) << 5 | (bit(to.0, 4) ^ 1) << 4 | op.map;
+        let p2 = 0b10 << 5 | (bit(index.0, 4) ^ 1) << 3 | mask.0;
+        self.bytes.extend([0x62, p0, 0x7C | op.prefix, p2, op.byte]);
+        self.bytes.extend([0x84 | (to.0 & 7) << 3, 0x80 | (index.0 & 7) << 3 | base.0 & 7]);
+        self.bytes.extend(disp.to_le_bytes());
     }
 
     /// An instruction on masks, with result `reg` and operands `first` and `last`.
@@ -190,6 +208,13 @@ mod tests {
         assert_eq!(plain(name::VPABSD, None), "vpabsd zmm1, zmm3");
         assert_eq!(plain(name::VRSQRT14PS, None), "vrsqrt14ps zmm1, zmm3");
         assert_eq!(one(|code| code.mask(name::KORTESTW, K(1), None, K(2))), "kortestw k1, k2");
+        assert_eq!(one(|code| code.mask(name::KMOVW_LOAD, K(1), None, K(2))), "kmovw k1, k2");
+        assert_eq!(one(|code| code.mask(name::KXNORW, K(3), Some(K(1)), K(2))), "kxnorw k3, k1, k2");
+        for (to, index, base) in [(1, 3, "rsi"), (9, 30, "r10"), (31, 12, "rax")] {
+            let number = NAMES.iter().position(|name| *name == base).map_or(0, |at| at as u8);
+            let text = one(|code| code.evex_gather(Zmm(to), Zmm(index), K(2), Mem::At(Gpr(number), 128)));
+            assert_eq!(text, format!("vpgatherdd zmm{to}, k2, [{base}+zmm{index}*4+80h]"));
+        }
         assert_eq!(plain(name::VFPCLASSPS, Some(0x99)), "vfpclassps k1, zmm3, 99h");
         for (op, text) in [
             (name::VADDPS, "vaddps"),
@@ -202,6 +227,7 @@ mod tests {
             (name::VPMULLD, "vpmulld"),
             (name::VPMINSD, "vpminsd"),
             (name::VPMAXSD, "vpmaxsd"),
+            (name::VPMINUD, "vpminud"),
             (name::VPANDD, "vpandd"),
             (name::VPORD, "vpord"),
             (name::VPXORD, "vpxord"),

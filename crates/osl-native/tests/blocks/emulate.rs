@@ -20,6 +20,8 @@ struct Machine<'a, 'w> {
     general: [u64; 16],
     /// Flags of the last comparison: equal, and below.
     flags: (bool, bool),
+    /// Whether the last difference was negative.
+    negative: bool,
     memory: Memory<'a, 'w>,
     /// Perturbs the estimate of inverse roots, which is as inaccurate as permitted.
     noise: u32,
@@ -33,10 +35,13 @@ pub(crate) fn run(target: Target, code: &Assembled, arrays: Vec<Words<'_>>, lane
         lanes: target.lanes(),
         general: [0xBAD_BAD_BAD; 16],
         flags: (false, false),
+        negative: false,
         memory: Memory::new(target, code, arrays),
         noise: 1,
     };
     let registers = [(Register::RDI, POINTERS), (Register::RSI, SLOTS)];
+    // As much as no test spends.
+    machine.general[Register::R12.number()] = 1 << 40;
     let bounds = [(Register::RDX, lanes.start as u64 * 4), (Register::RCX, lanes.end as u64 * 4)];
     for (register, value) in registers.into_iter().chain(bounds) {
         machine.general[register.number()] = value;
@@ -67,6 +72,21 @@ impl Machine<'_, '_> {
             Mnemonic::Je => return Some(if self.flags.0 { inst.near_branch_target() } else { next }),
             Mnemonic::Jne => return Some(if self.flags.0 { next } else { inst.near_branch_target() }),
             Mnemonic::Jb => return Some(if self.flags.1 { inst.near_branch_target() } else { next }),
+            Mnemonic::Js => return Some(if self.negative { inst.near_branch_target() } else { next }),
+            Mnemonic::Sub => {
+                let to = inst.op0_register().number();
+                self.general[to] = self.general[to].wrapping_sub(inst.immediate32to64() as u64);
+                self.negative = (self.general[to] as i64) < 0;
+            }
+            Mnemonic::Mov if inst.op1_kind() != OpKind::Memory => {
+                self.general[inst.op0_register().number()] = inst.immediate32to64() as u64;
+            }
+            Mnemonic::Vmovd => {
+                let word = self.vectors[inst.op1_register().number()][0];
+                self.general[inst.op0_register().number()] = u64::from(word);
+            }
+            Mnemonic::Lea => self.general[inst.op0_register().number()] = self.address(inst),
+            Mnemonic::Vpgatherdd => self.gather(inst),
             Mnemonic::Add => {
                 let to = inst.op0_register().number();
                 self.general[to] = self.general[to].wrapping_add(inst.immediate8to64() as u64);
@@ -89,12 +109,33 @@ impl Machine<'_, '_> {
                 let signs = (0..self.lanes).map(|lane| u64::from(from[lane] >> 31) << lane);
                 self.general[inst.op0_register().number()] = signs.sum();
             }
+            Mnemonic::Kxnorw => self.of_masks(inst),
             Mnemonic::Kandw | Mnemonic::Korw | Mnemonic::Knotw | Mnemonic::Kortestw | Mnemonic::Kmovw => {
                 self.of_masks(inst);
             }
             _ => self.of_vectors(inst),
         }
         Some(next)
+    }
+
+    fn gather(&mut self, inst: &Instruction) {
+        let (to, index) = (inst.op0_register().number(), inst.memory_index().number());
+        let base = self.general[inst.memory_base().number()].wrapping_add(inst.memory_displacement64());
+        let full = match inst.op_mask() {
+            Register::None => {
+                let mask = inst.op2_register().number();
+                assert!(mask != to && mask != index);
+                let words = std::mem::take(&mut self.vectors[mask]);
+                words[..self.lanes].iter().all(|word| *word == u32::MAX)
+            }
+            mask => std::mem::take(&mut self.masks[mask.number()]) == 0xFFFF,
+        };
+        assert!(full && to != index && inst.memory_index_scale() == 4);
+        let mut words = [0; 16];
+        for (lane, word) in words.iter_mut().take(self.lanes).enumerate() {
+            *word = self.memory.read(base + 4 * u64::from(self.vectors[index][lane]));
+        }
+        self.vectors[to] = words;
     }
 
     fn of_masks(&mut self, inst: &Instruction) {
@@ -115,9 +156,11 @@ impl Machine<'_, '_> {
             _ => {}
         }
         let value = match inst.mnemonic() {
+            Mnemonic::Kxnorw => !(mask(self, 1) ^ mask(self, 2)),
             Mnemonic::Kandw => mask(self, 1) & mask(self, 2),
             Mnemonic::Korw => mask(self, 1) | mask(self, 2),
             Mnemonic::Knotw => !mask(self, 1),
+            _ if inst.op1_kind() == OpKind::Register => mask(self, 1),
             _ => {
                 let address = self.address(inst);
                 self.memory.read(address) as u16
@@ -260,6 +303,7 @@ fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
         M::Vpmulld => i.wrapping_mul(j) as u32,
         M::Vpminsd => i.min(j) as u32,
         M::Vpmaxsd => i.max(j) as u32,
+        M::Vpminud => p.min(q),
         M::Vpabsd => j.unsigned_abs(),
         M::Vpandd | M::Vpand => p & q,
         M::Vpandn => !p & q,

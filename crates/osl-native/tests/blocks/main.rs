@@ -11,14 +11,19 @@
 )]
 
 mod emulate;
+mod flow;
 mod memory;
 mod model;
 mod neon;
 mod random;
+mod regions;
 
 use model::{BINARY, COMPARE, INT_COMPARE, UNARY, alike, binary, compare, compare_ints, unary};
 use osl_native::interpret::interpret;
-use osl_native::{Binary, Block, Code, Compare, MaskValue, Scratch, Target, Unary, Value, Words};
+use osl_native::{
+    Array, Binary, Block, Code, Compare, IntCompare, MaskValue, Next, Outcome, Scratch, Target, Unary, Value,
+    Words,
+};
 use proptest::prelude::*;
 use random::{Both, PLACES};
 use std::ops::Range;
@@ -68,7 +73,13 @@ fn on_machine(target: Target, block: &Block, arrays: &[Held], ranges: &[Range<us
     let (code, mut scratch, mut held) =
         (Code::new(block, target).unwrap(), Scratch::default(), arrays.to_vec());
     for range in ranges {
-        assert!(code.run(held.iter_mut().map(Held::lend), range.clone(), &mut scratch));
+        let arrays = held.iter_mut().map(Held::lend);
+        if block.may_stop() {
+            let outcome = code.run_within(arrays, range.clone(), &mut scratch, u32::MAX >> 1, |_| true);
+            assert!(matches!(outcome, Outcome::Spent(_)), "{outcome:?}");
+        } else {
+            assert!(code.run(arrays, range.clone(), &mut scratch));
+        }
     }
     Some(held)
 }

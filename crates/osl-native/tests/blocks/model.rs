@@ -3,7 +3,7 @@
 pub(crate) use osl_native::interpret::{compare, compare_ints};
 use osl_native::{Binary, Compare, IntCompare, Unary, interpret};
 
-pub(crate) const BINARY: [Binary; 15] = [
+pub(crate) const BINARY: [Binary; 16] = [
     Binary::Add,
     Binary::Sub,
     Binary::Mul,
@@ -14,6 +14,7 @@ pub(crate) const BINARY: [Binary; 15] = [
     Binary::IntMul,
     Binary::IntMin,
     Binary::IntMax,
+    Binary::WordMin,
     Binary::And,
     Binary::Or,
     Binary::Xor,

@@ -20,7 +20,7 @@ pub(crate) struct Case {
 
 /// The seed shaders, and shaders that cover the library.
 #[allow(dead_code, reason = "not every bench uses it")]
-pub(crate) const CASES: [Case; 19] = [
+pub(crate) const CASES: [Case; 22] = [
     case("Cobbled, all outputs", "osl/Cobbled.osl", &[], &[]),
     case("Cobbled, resultRGB", "osl/Cobbled.osl", &["resultRGB"], &[]),
     case("Cobbled, resultMask", "osl/Cobbled.osl", &["resultMask"], &[]),
@@ -33,6 +33,9 @@ pub(crate) const CASES: [Case; 19] = [
     case("matrices", "crates/oslrun/benches/shaders/matrices.osl", &[], &[]),
     case("transcendental", "crates/oslrun/benches/shaders/transcendental.osl", &[], &[]),
     case("branches", "crates/oslrun/benches/shaders/branches.osl", &[], &[]),
+    case("loops", "crates/oslrun/benches/shaders/loops.osl", &[], &[]),
+    case("pattern", "crates/oslrun/benches/shaders/pattern.osl", &[], &[]),
+    case("ramps", "crates/oslrun/benches/shaders/ramps.osl", &[], &[]),
     case("splines", "crates/oslrun/benches/shaders/splines.osl", &[], &[]),
     case("colors", "crates/oslrun/benches/shaders/colors.osl", &[], &[]),
     case("gabor", "crates/oslrun/benches/shaders/gabor.osl", &[], &[]),
