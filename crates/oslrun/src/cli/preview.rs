@@ -68,7 +68,7 @@ pub(super) struct PreviewArgs {
 }
 
 /// Maximum length in pixels of an edge of a displaced surface.
-const EDGE: f64 = 2.0;
+const EDGE: f64 = 5.0;
 /// Paths per pixel.
 const SAMPLES: u32 = 4;
 /// Maximum number of paths per pixel with `--max-error`.
