@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
             ty: Type::INT,
             component: 0,
             kind: Kind::Int,
-            words: vec![0; count],
+            words: Words::zeros(count),
             wide: Vec::new(),
         })
     }

@@ -295,9 +295,8 @@ fn accumulate_neighbours<T: Texel, const K: usize, const N: usize, const DERIVS:
     for (y, weight_t, slope_t) in rows.iter() {
         let start = (y * level.width + columns.texel[0]) * N;
         let row = texels.get(start..start + K * N)?.as_chunks::<N>().0.first_chunk::<K>()?;
-        for k in 0..K {
-            let (weight_s, slope_s) = (columns.weight[k], columns.slope[k]);
-            let values = row[k].map(Texel::float);
+        for (texel, (weight_s, slope_s)) in row.iter().zip(columns.weight.into_iter().zip(columns.slope)) {
+            let values = texel.map(Texel::float);
             for (sum, value) in sum.value.iter_mut().zip(values) {
                 *sum += weight_s * weight_t * value;
             }

@@ -106,7 +106,7 @@ fn at(footprint: f32, offset: f32) -> Grid {
 fn planes(program: &Compiled, grid: &Grid) -> Vec<(String, Vec<u32>)> {
     let frame =
         osl_exec::run(&program.program, &Services::default(), grid, &RunOptions::default(), &|_| ()).unwrap();
-    frame.planes.into_iter().map(|plane| (plane.output.to_string(), plane.words)).collect()
+    frame.planes.into_iter().map(|plane| (plane.output.to_string(), plane.words.to_vec())).collect()
 }
 
 /// The errors of the outputs of a program with one sample, at pixels of a grid, as shares of their ranges,

@@ -162,10 +162,10 @@ fn take_pivot<R: Real>(left: &mut Matrix<R>, right: &mut Matrix<R>, column: usiz
         largest = R::select(is_larger[row], magnitude, largest);
     }
     let mut is_pivot = is_larger;
-    for row in column + 1..4 {
-        for later in row + 1..4 {
-            is_pivot[row] = is_pivot[row] & !is_larger[later];
-        }
+    let mut is_last = !never;
+    for row in (column + 1..4).rev() {
+        is_pivot[row] = is_larger[row] & is_last;
+        is_last = is_last & !is_larger[row];
     }
     for m in [left, right] {
         for at in 0..4 {

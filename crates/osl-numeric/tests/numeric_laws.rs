@@ -167,9 +167,8 @@ fn inverse_by_steps(m: [f32; 16]) -> Option<[f32; 16]> {
         rows.swap(pivot, column);
         for row in column + 1..4 {
             let factor = rows[row][column] / rows[column][column];
-            for at in 0..8 {
-                rows[row][at] -= factor * rows[column][at];
-            }
+            let taken = rows[column];
+            rows[row].iter_mut().zip(taken).for_each(|(x, taken)| *x -= factor * taken);
         }
     }
     for column in (0..4).rev() {
@@ -177,9 +176,8 @@ fn inverse_by_steps(m: [f32; 16]) -> Option<[f32; 16]> {
         rows[column].iter_mut().for_each(|x| *x /= pivot);
         for row in 0..column {
             let factor = rows[row][column];
-            for at in 0..8 {
-                rows[row][at] -= factor * rows[column][at];
-            }
+            let taken = rows[column];
+            rows[row].iter_mut().zip(taken).for_each(|(x, taken)| *x -= factor * taken);
         }
     }
     Some(std::array::from_fn(|at| rows[at / 4][4 + at % 4]))

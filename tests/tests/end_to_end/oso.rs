@@ -143,10 +143,14 @@ fn as_compiled(component: &Component) -> Component {
     let mut component = component.clone();
     let is_known = osl_hir::builtins::names().any(|name| name == &*component.name);
     let mut params = Vec::new();
-    for param in component.params {
+    for param in component.params.iter().cloned() {
         let key = match param.key {
             Some(key) if !is_known => {
-                params.push(Param { key: None, values: vec![Const::Str(key)], closure: Vec::new() });
+                params.push(Param {
+                    key: None,
+                    values: [Const::Str(key)].into_iter().collect(),
+                    closure: Vec::new(),
+                });
                 None
             }
             key => key,
@@ -154,7 +158,7 @@ fn as_compiled(component: &Component) -> Component {
         let closure = param.closure.iter().map(as_compiled).collect();
         params.push(Param { key, closure, ..param });
     }
-    component.params = params;
+    component.params = params.into();
     component
 }
 

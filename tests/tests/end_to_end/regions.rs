@@ -156,7 +156,7 @@ fn grid() -> Grid {
 }
 
 fn words(frame: &Frame) -> Vec<(String, usize, Vec<u32>)> {
-    frame.planes.iter().map(|p| (p.output.to_string(), p.component, p.words.clone())).collect()
+    frame.planes.iter().map(|p| (p.output.to_string(), p.component, p.words.to_vec())).collect()
 }
 
 fn said(frame: &Frame) -> Vec<(bool, String)> {

@@ -157,8 +157,8 @@ impl<R: Scalar> Group<R> {
     #[inline(always)]
     fn load(&mut self, curve: &Curve<R>, segments: &[i32; TOGETHER]) {
         let mut moved = 0;
-        for at in 0..TOGETHER {
-            moved |= (segments[at] ^ self.segments[at]) as u32 & self.open[at];
+        for ((new, old), open) in segments.iter().zip(&self.segments).zip(&self.open) {
+            moved |= (new ^ old) as u32 & open;
         }
         if moved == 0 {
             return;
@@ -180,8 +180,8 @@ impl<R: Scalar> Group<R> {
         let mut any = self.open.iter().fold(0, |any, open| any | open);
         let mut steps = 0..Curve::<R>::steps();
         while let (true, Some(step)) = (any != 0, steps.next()) {
-            for at in 0..TOGETHER {
-                x[at] = self.bracket(at).guess(self.y[at], step);
+            for (at, (x, y)) in x.iter_mut().zip(self.y).enumerate() {
+                *x = self.bracket(at).guess(y, step);
             }
             for at in 0..TOGETHER {
                 (segments[at], t[at]) = curve.locate(x[at]);

@@ -14,8 +14,8 @@ use crate::lanes::LaneInput;
 use crate::program::{
     Array, KernelStep, LaneStep, LoadStep, Location, LoopParam, Operand, Step, Steps, StoreStep,
 };
-use osl_lanes::Word;
 use osl_ir::ir::Kernel;
+use osl_lanes::Word;
 use osl_native::{Binary, Code, IntCompare, MaskValue, Next, Outcome, Scratch, Value};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;

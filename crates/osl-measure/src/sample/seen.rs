@@ -11,7 +11,7 @@ use super::filter::{Filter, FilterKind};
 use super::image::Tally;
 use super::pattern::Pattern;
 use super::{MAX_SAMPLES, Reach};
-use osl_exec::{Frame, Plane};
+use osl_exec::{Frame, Plane, Words};
 use osl_ir::ir::Kind;
 use osl_limits::Running;
 use osl_scene::camera::View;
@@ -264,8 +264,12 @@ impl<'a> SeenWork<'a> {
         self.evaluations += seen.pixels.len() as u64;
         drop(values);
         if self.planes.is_empty() {
-            let empty =
-                |plane: Plane| Plane { words: Vec::new(), wide: Vec::new(), kind: Kind::Float, ..plane };
+            let empty = |plane: Plane| Plane {
+                words: Words::default(),
+                wide: Vec::new(),
+                kind: Kind::Float,
+                ..plane
+            };
             self.planes = planes.into_iter().map(empty).collect();
         }
         self.said.add(frame, self.sight.limits);

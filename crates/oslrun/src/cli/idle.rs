@@ -33,7 +33,7 @@ const PICTURE: [&str; 20] = [
 ];
 
 /// The options of each command that have no effect in it, besides those for a picture.
-const COMMANDS: [(&str, &[&str]); 6] = [
+const COMMANDS: [(&str, &[&str]); 7] = [
     ("explain", &["stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
     (
         "stability",

@@ -39,7 +39,7 @@ mod tests {
             ty: Type::INT,
             component: 0,
             kind: Kind::Int,
-            words,
+            words: words.into(),
             wide: Vec::new(),
         };
         let frame = |words| Frame { planes: vec![plane(words)], ..Frame::default() };
