@@ -3,9 +3,9 @@
 //!
 //! `program` turns a body of IR into steps over registers, which hold one value per point. `lanes` runs
 //! sequences of lane operations by the loops of the crate `osl-lanes`, and `native` replaces sequences that
-//! recur by machine code. A `machine` runs the steps over one batch; where points take different branches, a mask
-//! tells which lanes are active. [`run`] divides all points into tiles and drives machines on all cores; the
-//! values of the outputs become the pixels of an image. This crate must not know the syntax tree, command
+//! recur by machine code. A `machine` runs the steps over one batch; where points take different branches, a
+//! mask tells which lanes are active. [`run`] divides all points into tiles and drives machines on all cores;
+//! the values of the outputs become the pixels of an image. This crate must not know the syntax tree, command
 //! lines or the disk.
 
 mod arithmetic;

@@ -291,7 +291,8 @@ const fn has_forms(op: LaneOp) -> bool {
 }
 
 /// Whether an operation has separate loops for single arguments, by the number of the operation. If not, the
-/// caller broadcasts single arguments to lanes. The same holds for an operation whose arguments are all single.
+/// caller broadcasts single arguments to lanes. The same holds for an operation whose arguments are all
+/// single.
 pub const FORMS: [bool; LaneOp::ALL.len()] = {
     let mut forms = [false; LaneOp::ALL.len()];
     let mut at = 0;

@@ -59,7 +59,7 @@ impl Target {
 
     /// Whether there is code for the regions of a block: jumps, and registers for all values that a region
     /// carries.
-    pub(crate) fn carries(self, block: &Block) -> bool {
+    pub fn carries(self, block: &Block) -> bool {
         match self {
             Target::Avx2 => carries::<Avx2>(block),
             Target::Avx512 => carries::<Avx512>(block),

@@ -27,8 +27,8 @@ enum Level {
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
-    /// Loops are compiled as for the baseline, which has these vectors. But products and sums may be fused, and
-    /// there is machine code.
+    /// Loops are compiled as for the baseline, which has these vectors. But products and sums may be fused,
+    /// and there is machine code.
     #[cfg(target_arch = "aarch64")]
     Neon,
 }

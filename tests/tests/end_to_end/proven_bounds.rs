@@ -101,8 +101,8 @@ fn of_many_generated_programs() {
     hold(0..20_000, 40);
 }
 
-/// The seed shaders with their defaults, at points of the unit patch that no grid has: `grids` grids of 500x500
-/// for each, a part of the patch each.
+/// The seed shaders with their defaults, at points of the unit patch that no grid has: `grids` grids of
+/// 500x500 for each, a part of the patch each.
 fn seeds_hold(grids: usize, tiles: usize) {
     let mut points = 0;
     for shader in ["Cobbled", "flakes", "strips", "nonlinear_noise", "sprinkles", "chaosmosaic"] {

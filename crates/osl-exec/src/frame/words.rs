@@ -1,8 +1,8 @@
 //! The words of a plane, in large pages where the system has them.
 //!
-//! The system clears a page when it is first written to, which takes microseconds for each page of 4 KiB: more
-//! than shading its points, if the shader is simple. It does so for one thread at a time. A large page takes
-//! hardly longer. This module must not know what the words mean.
+//! The system clears a page when it is first written to, which takes microseconds for each page of 4 KiB:
+//! more than shading its points, if the shader is simple. It does so for one thread at a time. A large page
+//! takes hardly longer. This module must not know what the words mean.
 
 use memmap2::MmapMut;
 use std::ops::{Deref, DerefMut};

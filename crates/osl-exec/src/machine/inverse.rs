@@ -1,9 +1,9 @@
 //! Inverse splines: the search for the positions of many points in one curve.
 //!
 //! If all points share the basis and the knots, the polynomials are prepared once, and sixteen searches
-//! advance together, from the choice of the segment on: each takes exactly the steps that it would take alone.
-//! The coefficients of a segment are loaded only when a search comes into it. This module must not know the
-//! steps, see [`osl_numeric::spline`].
+//! advance together, from the choice of the segment on: each takes exactly the steps that it would take
+//! alone. The coefficients of a segment are loaded only when a search comes into it. This module must not
+//! know the steps, see [`osl_numeric::spline`].
 
 use super::Machine;
 use super::mask::Mask;

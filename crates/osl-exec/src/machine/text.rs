@@ -323,8 +323,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         true
     }
 
-    /// Charges for the pattern of a run of lanes, or of all lanes: it is compiled again if it differs from the
-    /// last one of a lane. Returns how many lanes compile it, if the point can afford it.
+    /// Charges for the pattern of a run of lanes, or of all lanes: it is compiled again if it differs from
+    /// the last one of a lane. Returns how many lanes compile it, if the point can afford it.
     fn pay_pattern(&mut self, making: u64, number: u32, run: &Run, mask: Option<&Mask>) -> Option<u64> {
         // The patterns of the lanes are followed by the last one of all lanes, and by that of the machine.
         let (all, machine) = (self.width, self.width + 1);

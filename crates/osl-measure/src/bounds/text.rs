@@ -86,7 +86,8 @@ fn outward(x: f64, down: bool) -> String {
         return format!("{}", x + 0.0);
     }
     let digits = 5 - decimal_exponent(x);
-    let scale = 10_f64.powi(digits.clamp(-300, 300));
+    // The nearest number to this power of ten, on every machine.
+    let scale: f64 = format!("1e{}", digits.clamp(-300, 300)).parse().unwrap_or(1.0);
     let rounded = if down { (x * scale).floor() } else { (x * scale).ceil() } / scale;
     if rounded.abs() < 1e-4 || rounded.abs() >= 1e7 {
         return short(format!("{rounded:e}"));

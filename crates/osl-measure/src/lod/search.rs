@@ -79,8 +79,8 @@ const CHEAPER: f64 = 0.9;
 const NEAR: [usize; 3] = [2, 4, 6];
 
 impl Search<'_, '_> {
-    /// The level at which all outputs are their means. A shader that filters by itself may have other means at
-    /// larger footprints, so the means are those of the footprints at which they are used.
+    /// The level at which all outputs are their means. A shader that filters by itself may have other means
+    /// at larger footprints, so the means are those of the footprints at which they are used.
     pub(super) fn far(&self) -> Option<Far> {
         let is_number = |base: Base| matches!(base, Base::Int | Base::Float) || base.is_triple();
         let program = self.source.program;

@@ -81,8 +81,8 @@ impl Interval {
         if x.is_nan() { Interval::NAN } else { Interval { lo: x, hi: x, nan: false } }
     }
 
-    /// The floats from `lo` to `hi`; with both zeros if it has one at an end and other numbers. Every float if
-    /// an end is NaN.
+    /// The floats from `lo` to `hi`; with both zeros if it has one at an end and other numbers. Every float
+    /// if an end is NaN.
     pub fn new(lo: f32, hi: f32) -> Interval {
         if lo.is_nan() || hi.is_nan() {
             return Interval { nan: false, ..Interval::ANY };

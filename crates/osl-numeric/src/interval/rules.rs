@@ -133,7 +133,8 @@ const TINY: f64 = 3e-44;
 /// From here on, a product may overflow although the exact result does not.
 const FAR: f64 = 1e38;
 
-/// The exact function is linear in each argument, so that its extremes are at corners; three roundings follow.
+/// The exact function is linear in each argument, so that its extremes are at corners; three roundings
+/// follow.
 fn mix(a: Interval, b: Interval, t: Interval) -> Interval {
     let plain = crate::common::mix(a, b, t);
     if plain.nan || plain.is_empty() || a.has_infinity() || b.has_infinity() || t.has_infinity() {

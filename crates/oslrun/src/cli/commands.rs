@@ -77,7 +77,8 @@ pub(super) enum Command {
     Doc(DocArgs),
     /// Measure what more and fewer samples of a shader cost, and how large their errors are.
     Tradeoff(Box<TradeoffArgs>),
-    /// Write a shader that is simpler where a pixel covers much of its pattern: levels of detail by footprint.
+    /// Write a shader that is simpler where a pixel covers much of its pattern: levels of detail by
+    /// footprint.
     Lod(Box<LodArgs>),
     /// Compare two images, two shaders, or two settings of a shader: where they differ, and by how much.
     Compare(Box<CompareArgs>),

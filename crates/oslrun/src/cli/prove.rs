@@ -23,9 +23,9 @@ pub(super) const NAME: &str = "bounds";
 /// What to prove.
 #[derive(Debug, Args)]
 pub(super) struct ProveArgs {
-    /// Prove for all values of a parameter from FROM to TO: `--over radius=0.1:0.5`, of a triple
-    /// `--over tint=0:1` or `--over tint=0,0,0:1,1,0.5`; may be repeated. The other parameters have the values
-    /// of `-p`, or their defaults.
+    /// Prove for all values of a parameter from FROM to TO: `--over radius=0.1:0.5`, of a triple `--over
+    /// tint=0:1` or `--over tint=0,0,0:1,1,0.5`; may be repeated. The other parameters have the values of
+    /// `-p`, or their defaults.
     #[arg(long, value_name = "NAME=FROM:TO", value_parser = over)]
     over: Vec<Over>,
     /// Maximum time in seconds. If it is not enough, the report has wider bounds.

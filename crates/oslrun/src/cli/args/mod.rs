@@ -288,8 +288,8 @@ pub(super) struct OnArgs {
     /// point is the new position. A gain multiplies the movement (default: 1).
     #[arg(long, value_name = "OUTPUT[,GAIN]", requires = "seen", value_parser = gained, allow_hyphen_values = true, help_heading = heading::SURFACE)]
     pub(super) displace: Option<Gained>,
-    /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface (default: 1, or 5
-    /// with --preview).
+    /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface (default: 1, or
+    /// 5 with --preview).
     #[arg(long, value_name = "N", requires = "seen", help_heading = heading::SURFACE)]
     pub(super) edge_pixels: Option<f64>,
     /// Split each face into four this many times, regardless of its size in the picture.
