@@ -206,8 +206,8 @@ impl Code {
         true
     }
 
-    /// Calls the code, whose arrays suit these lanes, of which there is at least one vector. Returns what is
-    /// left of the budget, which is negative if the code stopped.
+    /// Calls the code. Its arrays suit these lanes, and there is at least one vector of lanes. Returns what
+    /// is left of the budget, which is negative if the code stopped.
     #[cfg(target_arch = "x86_64")]
     fn call(&self, scratch: &mut Scratch, lanes: Range<usize>, budget: i64) -> i64 {
         let Scratch { pointers, slots } = scratch;
@@ -239,8 +239,8 @@ impl Code {
     #[cfg(target_arch = "aarch64")]
     fn call(&self, scratch: &mut Scratch, lanes: Range<usize>, budget: i64) -> i64 {
         let Scratch { pointers, slots } = scratch;
-        // SAFETY: as on x86-64; the convention is that of AAPCS64, of which all registers count as changed
-        // that a function may change. The barrier is for a core that has fetched something else from these
+        // SAFETY: as on x86-64; the convention is AAPCS64, and all registers that it lets a function change
+        // count as changed. The barrier is for a core that has fetched something else from these
         // addresses, before another core made the code.
         unsafe {
             std::arch::asm!(

@@ -16,7 +16,7 @@ use std::ops::Range;
 /// Lanes that are looked at together for the end of a run.
 const TOGETHER: usize = 16;
 
-/// Neighbouring lanes with the same arguments, of which at least one is active.
+/// Neighbouring lanes with the same arguments. At least one of them is active.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Run {
     /// All of its lanes, active or not.

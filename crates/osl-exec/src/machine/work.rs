@@ -141,7 +141,7 @@ impl Work {
         self.close_all(1)
     }
 
-    /// The same for a number of lanes, each of which costs as much as the current one.
+    /// The same for a number of lanes. Each costs as much as the current one.
     pub(super) fn close_all(&mut self, lanes: u64) -> bool {
         let lane = std::mem::take(&mut self.lane);
         self.most = self.most.max(lane);

@@ -178,7 +178,7 @@ pub(super) fn lend<'f, W: Word>(
     })
 }
 
-/// One of the lanes that are left, by its number, of which `passed` came before.
+/// The register with a number, among those that are left: `passed` registers came before them.
 fn next<'f, W>(rest: &mut &'f mut [Lanes<W>], passed: &mut usize, number: u32) -> Option<&'f mut Lanes<W>> {
     let (_, found) = std::mem::take(rest).split_at_mut_checked((number as usize).checked_sub(*passed)?)?;
     let (lanes, behind) = found.split_first_mut()?;

@@ -22,7 +22,7 @@ use std::collections::BTreeSet;
 
 /// Weight of a side of a branch up to which it is computed for all lanes.
 const SMALL: u64 = 24;
-/// Maximum number of elements in an array of which each lane may write another.
+/// Maximum number of elements in an array to which lanes write at different indices.
 const FEW: u32 = 16;
 /// Maximum number of elements in an array that is written: it is copied, and cleared as a whole.
 const MAX_WRITTEN: u32 = 256;

@@ -122,7 +122,7 @@ pub fn prove(
 }
 
 impl Walked {
-    /// Keeps what was known of the tile of which this is a part.
+    /// Keeps the bounds of the larger tile that contains this one.
     fn inherit(&mut self, whole: &Walked) {
         for (own, of_whole) in self.numbers.iter_mut().zip(&whole.numbers) {
             *own = own.meet(*of_whole);
@@ -299,7 +299,7 @@ fn names(subject: &Subject) -> Vec<(String, String, bool)> {
     names
 }
 
-/// Whether a statement is about an int that may wrap around, of which there are many.
+/// Whether a statement proves that an int does not wrap around. There are many, so the report counts them.
 pub(super) fn is_minor(claim: &Claim) -> bool {
     claim.what == What::Overflow && claim.verdict == Verdict::Proven
 }

@@ -198,7 +198,7 @@ fn each_init(init: &Init, visit: &mut dyn FnMut(&Expr)) {
     }
 }
 
-/// The globals of which a default is made; `None` without any.
+/// The globals that a default reads; `None` if it reads none.
 fn globals_of(program: &Program, init: &Init) -> Option<Vec<Global>> {
     let mut found = Vec::new();
     each_init(init, &mut |e| {

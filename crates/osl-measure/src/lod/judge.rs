@@ -83,7 +83,7 @@ pub(super) struct Output {
     pub(super) name: String,
     pub(super) ty: Type,
     pub(super) planes: Range<usize>,
-    /// The size of its range, of which errors are shares, and its ends.
+    /// The size of its range, and its ends below. Errors are shares of this size.
     pub(super) range: f64,
     pub(super) ends: [f32; 2],
 }

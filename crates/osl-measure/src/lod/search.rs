@@ -307,7 +307,7 @@ impl Search<'_, '_> {
     }
 
     /// Whether the written shader is good at all footprints and in the middle of each fade, on the points
-    /// that were held out. Returns the level that is to blame otherwise; none is if a change in place is.
+    /// that were held out. If not, returns the level to blame, or none if a change in place is to blame.
     pub(super) fn check(
         &self,
         written: &Variant,

@@ -172,8 +172,8 @@ impl Closures<'_> {
     }
 }
 
-/// The results of one call with known arguments, none of which is a closure; `array` is the array that it
-/// reads. `None` if the call does not end within its steps.
+/// The results of one call with known arguments that are no closures; `array` is the array that it reads.
+/// `None` if the call does not end within its steps.
 pub(crate) fn run_call(
     (services, point, limits): (&Services, OnePoint<'_>, &Limits),
     kernel: &Kernel,

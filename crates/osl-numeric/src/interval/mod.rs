@@ -190,8 +190,8 @@ impl Interval {
         self.numbers().meet(Interval::new(lo, hi))
     }
 
-    /// An interval of which both are a part, and which after a few steps is every float: for values that
-    /// change in each round of a loop.
+    /// An interval that contains both, for values that change in each round of a loop. After a few steps it
+    /// contains every float.
     #[must_use]
     pub fn widen(self, next: Interval) -> Interval {
         let lo =
