@@ -15,6 +15,7 @@ use osl_measure::sample::{Filter, Shading};
 use osl_measure::tradeoff::{
     Error, Output, Picture, Request, Row, Setting, Trade, Variant, csv, html, pattern, text, tradeoff,
 };
+use osl_numeric::Arithmetic;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 use std::time::Duration;
@@ -115,5 +116,45 @@ fn a_measured_trade_makes_sense() {
         assert!(output.errors.iter().all(|e| e.rms <= e.largest && e.nearly_all <= e.largest));
         assert_eq!(output.pictures.len(), output.front.len());
         assert!(output.oracle_error < 0.1 * errors[0]);
+    }
+}
+
+#[test]
+fn the_oracle_is_strict_where_that_agrees_with_double_precision() {
+    let grid = Grid::new(32, 32);
+    let options = RunOptions::default();
+    let services = Services::default();
+    // Of the second angle, single precision keeps no digit after the point.
+    for (of, wanted) in [("9", "strict"), ("1e8", "f64")] {
+        let source = format!("shader s(output float r = 0) {{ r = sin({of} * (u + 0.3 * v)); }}");
+        let checked = stages::check("test.osl", &source, &NoFiles, &Options::default());
+        let body = stages::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
+        let form = |arithmetic| {
+            let passes = passes::Options {
+                varying: grid.varying().to_vec(),
+                arithmetic,
+                ..passes::Options::default()
+            };
+            stages::finish(body.clone(), &passes).program
+        };
+        let programs = [Arithmetic::Strict, Arithmetic::Double].map(form);
+        let [strict, double] = programs.each_ref().map(|program| Shading {
+            program,
+            services: &services,
+            surface: &grid,
+            options: &options,
+            cheaper: None,
+            pattern: pattern(),
+            filter: Filter::default(),
+        });
+        let variants =
+            vec![Variant { name: "strict".into(), shading: strict, settings: vec![Setting::Samples(1)] }];
+        let request = Request {
+            name: "s".into(),
+            variants,
+            oracle: ("f64".into(), double),
+            budget: Duration::from_millis(100),
+        };
+        assert_eq!(tradeoff(&request).unwrap().oracle, wanted, "{source}");
     }
 }

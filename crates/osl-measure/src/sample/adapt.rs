@@ -3,7 +3,7 @@
 use super::bounds::{Weights, weighted};
 use super::error::Block;
 use super::image::{Image, Shading, not_finite};
-use super::pattern::MAX_SAMPLES;
+use super::pattern::{MAX_SAMPLES, Pattern};
 use osl_exec::{Frame, RunError};
 use std::ops::Range;
 
@@ -108,6 +108,11 @@ impl<'a> Refiner<'a> {
                 error.is_finite() && !enough(*slot, error)
             })
             .collect();
+    }
+
+    /// The pattern of the samples, as long as it was needed.
+    pub(super) fn pattern(&self) -> &Pattern {
+        &self.shading.pattern
     }
 
     /// The pixels, in the order of the sums.

@@ -121,6 +121,16 @@ impl Filter {
         self.width
     }
 
+    /// Calls `visit` with the offset of each of some samples from the pixel's centre. **Units:** pixels.
+    pub(super) fn offsets(&self, samples: &[[f32; 2]], mut visit: impl FnMut([f32; 2])) {
+        if self.ends.is_empty() {
+            // The same as below, without a question for each sample.
+            samples.iter().for_each(|own| visit(own.map(|s| (s - 0.5) * self.width)));
+        } else {
+            samples.iter().for_each(|own| visit(own.map(|s| self.place(s).0)));
+        }
+    }
+
     /// The quantile `s` of the filter's weight along one axis, as an offset from the pixel's centre in
     /// pixels, and the sign of the filter there. `s` is in 0..1.
     pub fn place(&self, s: f32) -> (f32, f32) {

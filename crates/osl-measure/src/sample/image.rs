@@ -192,6 +192,45 @@ impl<'a> Shading<'a> {
         Ok(batch)
     }
 
+    /// The means of pixels with the same even number of samples, plane by plane, and how far the later half
+    /// of the samples moved each mean, plane by plane.
+    pub(super) fn halves(
+        &self,
+        pixels: &[u32],
+        samples: u32,
+        said: &mut Frame,
+    ) -> Result<[Vec<Vec<f32>>; 2], RunError> {
+        let (each, planes) = (samples.max(2) as usize, self.planes().len());
+        let mut found = [vec![Vec::with_capacity(pixels.len()); planes], vec![Vec::new(); planes]];
+        for pixels in pixels.chunks((TOGETHER / each).max(1)) {
+            let tools = (&self.pattern, &self.filter);
+            let points = SamplePoints::new(self.surface, pixels, 0..each as u32, tools);
+            let mut frame = self.run(&points, 0..points.count())?;
+            let planes = std::mem::take(&mut frame.planes);
+            said.add(frame, &self.options.limits.running);
+            let signs = self.signs(pixels, 0..each as u32);
+            let [means, moves] = &mut found;
+            for ((plane, means), moves) in planes.iter().zip(means).zip(moves) {
+                let one = |(at, words): (usize, &[u32])| {
+                    let signs = signs.get(at * each..(at + 1) * each).unwrap_or(&[]);
+                    let half = |range: Range<usize>| {
+                        let words = words.get(range.clone()).unwrap_or(&[]);
+                        block(words, plane.kind, signs.get(range).unwrap_or(&[]))
+                    };
+                    let mut all = half(0..each / 2);
+                    let first = all.mean();
+                    all.add(&half(each / 2..each));
+                    (all.mean(), (all.mean() - first).abs())
+                };
+                let chunks = plane.words.par_chunks(each).with_min_len(256).enumerate();
+                let pairs: (Vec<f32>, Vec<f32>) = chunks.map(one).unzip();
+                means.extend(pairs.0);
+                moves.extend(pairs.1);
+            }
+        }
+        Ok(found)
+    }
+
     fn piece(
         &self,
         pixels: &[u32],

@@ -53,25 +53,44 @@ impl<'a> SamplePoints<'a> {
         let count = count.min(self.count().saturating_sub(first));
         let mut places = Vec::with_capacity(count);
         let (mut at, mut sample) = (first / each, first % each);
+        let mut row = Row::default();
         while places.len() < count {
             let Some(pixel) = self.pixels.get(at).copied() else { break };
             let left = (each - sample).min(count - places.len());
-            let pixel_at = [pixel % self.width, pixel / self.width];
+            let pixel_at = row.of(pixel, self.width);
             match &self.samples {
                 None => places.push(Place { pixel: pixel_at, offset: [0.0; 2] }),
                 Some(range) => {
                     // A crop has the samples of the whole image.
                     let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
                     let from = range.start as usize + sample;
-                    places.extend((from..from + left).map(|i| {
-                        let s = own.get(i).copied().unwrap_or([0.5; 2]);
-                        Place { pixel: pixel_at, offset: s.map(|s| self.filter.place(s).0) }
-                    }));
+                    let own = own.get(from.min(own.len())..(from + left).min(own.len())).unwrap_or(&[]);
+                    self.filter.offsets(own, |offset| places.push(Place { pixel: pixel_at, offset }));
+                    let missing = left - own.len();
+                    places.extend(std::iter::repeat_n(Place { pixel: pixel_at, offset: [0.0; 2] }, missing));
                 }
             }
             (at, sample) = (at + 1, 0);
         }
         places
+    }
+}
+
+/// The row of the last pixel. Pixels follow each other row by row, so that a division is rarely needed.
+#[derive(Default)]
+struct Row {
+    number: u32,
+    first: u32,
+}
+
+impl Row {
+    /// The column and the row of a pixel.
+    fn of(&mut self, pixel: u32, width: u32) -> [u32; 2] {
+        if pixel.wrapping_sub(self.first) >= width {
+            self.number = pixel / width;
+            self.first = self.number * width;
+        }
+        [pixel - self.first, self.number]
     }
 }
 

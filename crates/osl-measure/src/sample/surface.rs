@@ -40,19 +40,31 @@ pub trait Surface: PointSource {
 
 /// u or v at a position. At exact pixels it has the bits of the grid's own points.
 fn coordinate(grid: &Grid, axis: usize, place: &Place) -> f32 {
+    let mut own = [0.0];
+    coordinates(grid, axis, std::slice::from_ref(place), &mut own);
+    own[0]
+}
+
+/// u or v at some positions.
+fn coordinates(grid: &Grid, axis: usize, places: &[Place], lanes: &mut [f32]) {
     let n = [grid.width, grid.height][axis];
-    let (i, offset) = (place.pixel[axis], place.offset[axis]);
-    if offset == 0.0 {
-        return grid.coordinate(axis, i as usize, n);
-    }
-    let at = f64::from(i) + f64::from(offset);
     let (scale, added) = (f64::from(grid.scale[axis]), f64::from(grid.offset[axis]));
-    let unit = match (grid.center, n) {
-        (true, _) => (at + 0.5) / n.max(1) as f64,
-        (false, 1) => 0.5 + f64::from(offset),
-        (false, _) => at / (n - 1) as f64,
-    };
-    (scale * unit + added) as f32
+    let here = |place: &Place| f64::from(place.pixel[axis]) + f64::from(place.offset[axis]);
+    let all = lanes.iter_mut().zip(places);
+    // The loops have no questions inside, because they run for every sample of an image.
+    match (grid.center, n) {
+        (true, _) => all.for_each(|(x, place)| {
+            *x = (scale * ((here(place) + 0.5) / n.max(1) as f64) + added) as f32;
+        }),
+        (false, 1) => {
+            all.for_each(|(x, place)| *x = (scale * (0.5 + f64::from(place.offset[axis])) + added) as f32);
+        }
+        (false, _) => {
+            all.for_each(|(x, place)| *x = (scale * (here(place) / (n - 1) as f64) + added) as f32);
+        }
+    }
+    let centres = lanes.iter_mut().zip(places).filter(|(_, place)| place.offset[axis] == 0.0);
+    centres.for_each(|(x, place)| *x = grid.coordinate(axis, place.pixel[axis] as usize, n));
 }
 
 impl Surface for Grid {
@@ -75,7 +87,7 @@ impl Surface for Grid {
                 }
             };
             let (here, behind) = lanes.split_at_mut(places.len().min(lanes.len()));
-            here.iter_mut().zip(places).for_each(|(x, place)| *x = coordinate(self, axis, place));
+            coordinates(self, axis, places, here);
             behind.fill(here.last().copied().unwrap_or(0.0));
         }
     }

@@ -14,8 +14,8 @@ pub use html::{Encode, html};
 pub use report::{csv, text};
 
 use crate::sample::{
-    Adaptive, Check, Image, MAX_SAMPLES, Oracle, Pattern, Rate, Reach, Shading, adaptive, at_rate, check,
-    max_error_each, oracle, reaches,
+    Adaptive, Check, Image, MAX_SAMPLES, Oracle, PROMISED, Pattern, Rate, Reach, Shading, adaptive, at_rate,
+    check, max_error_each, oracle, reaches, some_pixels,
 };
 use front::Measured;
 use osl_exec::{Frame, Plane, RunError};
@@ -110,7 +110,8 @@ pub struct Request<'a> {
     pub name: String,
     /// The ways to run it; speeds are relative to the first with one sample.
     pub variants: Vec<Variant<'a>>,
-    /// The most accurate way to run it, for the oracle.
+    /// The most accurate way to run it, for the oracle. If the first of the ways above agrees with it, the
+    /// oracle uses that one, which has time for more samples.
     pub oracle: (String, Shading<'a>),
     /// Approximate time budget.
     pub budget: Duration,
@@ -206,7 +207,7 @@ const REPEATS: (usize, usize) = (3, 9);
 /// # Errors
 /// A loop exceeds its budget.
 pub fn tradeoff(request: &Request<'_>) -> Result<Trade, RunError> {
-    let (oracle_name, best) = &request.oracle;
+    let (oracle_name, best) = best(request)?;
     let size = best.surface.size();
     let pixels: Vec<u32> = (0..(size.0 * size.1) as u32).collect();
     let budget = request.budget.as_secs_f64();
@@ -239,12 +240,41 @@ pub fn tradeoff(request: &Request<'_>) -> Result<Trade, RunError> {
     Ok(Trade {
         name: request.name.clone(),
         size,
-        oracle: oracle_name.clone(),
+        oracle: oracle_name.to_string(),
         oracle_samples: samples,
         repeats,
         outputs: outputs.collect(),
         rows,
     })
+}
+
+/// The comparison that decides what the oracle uses: the number of pixels, their samples, and the largest
+/// difference as a share of an output's range. As for errors, one pixel in a thousand may differ more.
+const COMPARED: usize = 1024;
+const FIRST_SAMPLES: u32 = 4;
+const AGREE: f32 = 1e-4;
+
+/// The way to run the shader for the oracle, with its name.
+fn best<'r, 'a>(request: &'r Request<'a>) -> Result<(&'r str, &'r Shading<'a>), RunError> {
+    let (name, accurate) = &request.oracle;
+    let Some(usual) = request.variants.first() else { return Ok((name, accurate)) };
+    let (width, height) = accurate.surface.size();
+    let pixels = some_pixels(width * height, COMPARED, 0x0a91);
+    let values = usual.shading.chosen(&pixels, FIRST_SAMPLES)?;
+    let accurate_values = accurate.chosen(&pixels, FIRST_SAMPLES)?;
+    let mut differs = vec![false; pixels.len()];
+    for reach in reaches(&usual.shading)? {
+        let limit = AGREE * reach.size();
+        for plane in reach.planes {
+            let (Some(a), Some(b)) = (values.get(plane), accurate_values.get(plane)) else { continue };
+            for (differs, (a, b)) in differs.iter_mut().zip(a.iter().zip(b)) {
+                *differs |= a != b && (a.is_nan() != b.is_nan() || (a - b).abs() > limit);
+            }
+        }
+    }
+    let count = differs.iter().filter(|differs| **differs).count();
+    let agree = count as f64 <= PROMISED * pixels.len() as f64;
+    Ok(if agree { (&usual.name, &usual.shading) } else { (name, accurate) })
 }
 
 /// A setting in progress.

@@ -14,8 +14,9 @@ pub(crate) struct Case {
     pub(crate) name: &'static str,
     file: &'static str,
     /// The outputs to compute; all if there are none.
+    #[allow(dead_code, reason = "not every bench uses it")]
     outputs: &'static [&'static str],
-    params: &'static [(&'static str, &'static str)],
+    pub(crate) params: &'static [(&'static str, &'static str)],
 }
 
 /// The seed shaders, and shaders that cover the library.
@@ -103,6 +104,7 @@ const fn textured(name: &'static str, file: &'static str) -> Case {
 }
 
 /// The built-in shaders.
+#[allow(dead_code, reason = "not every bench uses it")]
 struct Nodes;
 
 impl ShaderFiles for Nodes {
@@ -132,6 +134,7 @@ impl Case {
     }
 
     /// Compiles the shader for a grid.
+    #[allow(dead_code, reason = "not every bench uses it")]
     pub(crate) fn compile(&self, text: &str, grid: &Grid) -> Program {
         let options = osl_syntax::Options::default();
         let body = if self.file.ends_with(".group") {

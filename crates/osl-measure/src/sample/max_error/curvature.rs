@@ -7,6 +7,7 @@ use super::lattice::corners;
 use crate::sample::bounds::Weights;
 use crate::sample::rate::ticks;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// The largest curvatures over all planes at the pixels of one lattice line.
 struct Line {
@@ -21,6 +22,16 @@ pub(super) struct Curvatures {
 }
 
 impl Curvatures {
+    /// The curvatures of the cells of a lattice line.
+    pub(super) fn row(&self, line: usize) -> &[f32] {
+        &self.rows[line]
+    }
+
+    /// Whether no curvature exceeds a limit.
+    pub(super) fn are_below(&self, limit: f32) -> bool {
+        self.rows.iter().all(|row| row.iter().all(|curvature| *curvature <= limit))
+    }
+
     /// The curvature of the cell that contains a pixel.
     pub(super) fn at(&self, [x, y]: [usize; 2]) -> f32 {
         self.rows[y / self.step][x / self.step]
@@ -94,11 +105,18 @@ impl Planes<'_> {
         // At the borders, use the curvature of the neighbouring column.
         let mut twist = vec![0.0; columns.len()];
         for (plane, weight) in self.weighty() {
-            let row = |y: usize| -> Vec<f32> { columns.iter().map(|x| plane[y * self.width + x]).collect() };
-            seconds(&mut line.across[..=last], [&row(y), &row(y), &row(y)], ([0, 1, 2], weight));
+            let row = |y: usize| -> Cow<'_, [f32]> {
+                let row = &plane[y * self.width..(y + 1) * self.width];
+                match step {
+                    1 => Cow::Borrowed(row),
+                    _ => columns.iter().map(|x| row[*x]).collect::<Vec<f32>>().into(),
+                }
+            };
+            let here = row(y);
+            seconds(&mut line.across[..=last], [&here, &here, &here], ([0, 1, 2], weight));
             let Some(middle) = middle else { continue };
             let rows = [row(middle - step), row(middle), row(middle + step)];
-            let rows = [&rows[0], &rows[1], &rows[2]].map(Vec::as_slice);
+            let rows = [&*rows[0], &*rows[1], &*rows[2]];
             for (down, ((a, b), c)) in line.down.iter_mut().zip(rows[0].iter().zip(rows[1]).zip(rows[2])) {
                 *down = larger(*down, weight * bent(*a, *b, *c));
             }

@@ -1,6 +1,8 @@
 //! Pixels on a lattice: computing them, interpolating between them, and accepting the interpolated pixels.
 
-use super::{COARSE, Work, above};
+use super::curvature::Curvatures;
+use super::policy::{COARSE, WHOLE};
+use super::{Work, above, count};
 use crate::sample::rate::{mix, stretched, ticks};
 use osl_exec::RunError;
 
@@ -38,14 +40,36 @@ impl Work<'_, '_> {
     }
 
     /// Computes the pixels that cells with pending pixels, and their estimates, need; then interpolates
-    /// inside these cells.
+    /// inside these cells. If most pixels are pending, the whole lattice is computed, which is quicker.
     pub(super) fn lattice(&mut self, step: usize, pending: &[bool]) -> Result<(), RunError> {
+        if count(pending) as f32 > WHOLE * pending.len() as f32 {
+            return self.whole(step);
+        }
         let mut needed = vec![false; pending.len()];
         for [x, y] in self.wanted(step, pending) {
             self.around([x, y], step, |pixel| needed[pixel] = true);
         }
         self.centres(&needed)?;
         self.cells(step, pending)
+    }
+
+    /// Computes a whole lattice and interpolates all pixels that were not computed.
+    pub(super) fn whole(&mut self, step: usize) -> Result<(), RunError> {
+        let (width, rows) = (self.width, 0..self.height);
+        let (columns, lines) = (ticks(0..width, step), ticks(rows.clone(), step));
+        let all = || lines.iter().flat_map(|y| columns.iter().map(move |x| y * width + x));
+        self.compute(all().filter(|pixel| !self.known[*pixel]).collect())?;
+        if step > 1 {
+            let known = &self.known;
+            for values in &mut self.values {
+                let corners: Vec<f32> = all().map(|pixel| values[pixel]).collect();
+                let mut filled = stretched(&corners, &columns, &lines, width, &rows);
+                let pixels = filled.iter_mut().zip(values.iter()).zip(known);
+                pixels.filter(|(_, known)| **known).for_each(|((filled, value), _)| *filled = *value);
+                *values = filled;
+            }
+        }
+        Ok(())
     }
 
     /// Computes the corners of the cells with pending pixels and interpolates inside these cells.
@@ -85,20 +109,31 @@ impl Work<'_, '_> {
 
     /// Settles the pending pixels of cells whose estimate is at most `limit`. Pixels next to one far above
     /// the limit stay pending, because an edge may reach into them.
-    pub(super) fn settle(&self, step: usize, limit: f32, pending: &mut [bool]) {
+    pub(super) fn settle(&self, step: usize, limit: f32, curvatures: &Curvatures, pending: &mut [bool]) {
         if limit < 0.0 {
             return;
         }
+        if curvatures.are_below(limit) {
+            pending.fill(false);
+            return;
+        }
         let mut edges = Vec::new();
-        let curvatures = self.curvatures(step);
-        for [x, y] in self.wanted(step, pending) {
-            let curvature = curvatures.at([x, y]);
-            if curvature <= limit {
-                for y in y..(y + step).min(self.height) {
-                    pending[y * self.width + x..y * self.width + (x + step).min(self.width)].fill(false);
+        if step == 1 {
+            for (y, row) in pending.chunks_mut(self.width).enumerate() {
+                for ((x, pending), curvature) in row.iter_mut().enumerate().zip(curvatures.row(y)) {
+                    if *pending && above(*curvature, EDGE * limit) {
+                        edges.push([x, y]);
+                    }
+                    *pending &= above(*curvature, limit);
                 }
-            } else if step == 1 && above(curvature, EDGE * limit) {
-                edges.push([x, y]);
+            }
+        } else {
+            for (y, row) in pending.chunks_mut(self.width).enumerate() {
+                for (cell, curvature) in row.chunks_mut(step).zip(curvatures.row(y / step)) {
+                    if *curvature <= limit {
+                        cell.fill(false);
+                    }
+                }
             }
         }
         for [x, y] in edges {

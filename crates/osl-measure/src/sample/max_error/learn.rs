@@ -16,13 +16,19 @@ use rayon::prelude::*;
 pub(super) struct Rung {
     pub(super) samples: u32,
     pub(super) tried: Vec<Tried>,
+    /// The pixels in the order of their estimates, which are 0 for a pixel that was finished earlier.
+    order: Vec<(f32, u32)>,
     scaled: Option<Scaled>,
 }
 
 impl Rung {
     pub(super) fn new(samples: u32, tried: Vec<Tried>, bound: f32) -> Rung {
-        let scaled = Scaled::of(&tried, bound);
-        Rung { samples, tried, scaled }
+        let known = |estimate: f32| if estimate.is_nan() { 0.0 } else { estimate };
+        let mut order: Vec<(f32, u32)> =
+            tried.iter().zip(0..).map(|((e, _), slot)| (known(*e), slot)).collect();
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let scaled = Scaled::of(&tried, &order, bound);
+        Rung { samples, tried, order, scaled }
     }
 
     /// Expected number of pixels above the bound if none had more samples.
@@ -52,14 +58,18 @@ pub(super) struct Steps {
     pub(super) limits: Vec<(u32, f32)>,
     /// Pilot pixels that then exceed the bound.
     pub(super) failed: f32,
-    /// Total number of samples that the pilot's pixels take.
+    /// Total number of samples that the pilot's pixels take, and the number of rounds, added up over the
+    /// pixels, after which their errors are estimated.
     pub(super) work: f64,
+    pub(super) rounds: f64,
     /// Whether more pixels fail than allowed because the maximum sample count is too small.
     pub(super) short: bool,
+    /// The rate at which squared errors fall, as a power of the sample count.
+    pub(super) power: f32,
 }
 
 /// How often the search for prices and limits halves its interval.
-const CARES: usize = 14;
+const CARES: usize = 9;
 /// Errors as shares of the bound: below the first a pixel passes, above the second it fails.
 const DOUBT: [f32; 2] = [0.93, 1.07];
 /// Neighbours that count, in the order of the estimates, when the probability of a pixel is averaged: one in
@@ -126,6 +136,19 @@ fn likely(error: f32, bound: f32) -> f32 {
     if above(error, always) { 1.0 } else { ((error - never) / (always - never)).max(0.0) }
 }
 
+/// The fewest samples, and rounds, of pixels that somehow know when they are done: limits need more.
+pub(super) fn clairvoyant(rungs: &[Rung], bound: f32) -> [f64; 2] {
+    let count = rungs.first().map_or(0, |rung| rung.tried.len());
+    let mut least = [0.0; 2];
+    for slot in 0..count {
+        let is_done = |rung: &&Rung| !above(rung.tried[slot].1, bound);
+        let at = rungs.iter().take_while(|rung| !is_done(rung)).count().min(rungs.len().saturating_sub(1));
+        least[0] += rungs.get(at).map_or(0.0, |rung| f64::from(rung.samples));
+        least[1] += (at + 1) as f64;
+    }
+    least
+}
+
 /// The smallest sample count that is enough for all pixels.
 pub(super) fn fixed(rungs: &[Rung], bound: f32, allowed: f32) -> Option<u32> {
     rungs.iter().find(|rung| rung.failed(bound) <= allowed).map(|rung| rung.samples)
@@ -145,10 +168,8 @@ fn sorted(rungs: &[Rung], chances: &[Vec<f32>], which: impl Fn(usize) -> bool + 
 
 impl Sorted {
     fn new(rung: &Rung, chances: &[f32], which: impl Fn(usize) -> bool) -> Sorted {
-        let estimate = |(slot, (e, _)): (usize, &Tried)| (if e.is_nan() { 0.0 } else { *e }, slot);
-        let some = rung.tried.iter().enumerate().filter(|(slot, _)| which(*slot));
-        let mut order: Vec<(f32, usize)> = some.map(estimate).collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all = rung.order.iter().map(|(estimate, slot)| (*estimate, *slot as usize));
+        let order: Vec<(f32, usize)> = all.filter(|(_, slot)| which(*slot)).collect();
         let mut sums = vec![0.0_f32];
         for (_, slot) in &order {
             sums.push(sums.last().copied().unwrap_or(0.0) + chances[*slot]);
@@ -203,10 +224,13 @@ impl Steps {
     /// Adds up the samples that the pilot would take.
     fn count(&mut self, rungs: &[Sorted]) {
         let mut done = vec![false; rungs.first().map_or(0, |rung| rung.off.len())];
+        let mut left = done.len();
         for (rung, (samples, limit)) in rungs.iter().zip(&self.limits) {
+            self.rounds += if *limit > NEVER { left as f64 } else { 0.0 };
             for (_, slot) in rung.order.iter().take_while(|(estimate, _)| estimate <= limit) {
                 if !done[*slot] {
                     done[*slot] = true;
+                    left -= 1;
                     self.work += f64::from(*samples);
                 }
             }

@@ -19,16 +19,21 @@ mod curvature;
 mod lattice;
 mod learn;
 mod pilot;
+mod policy;
 mod probe;
 mod scaled;
+mod uniform;
 
 use super::adapt::{Refiner, power_below};
-use super::bounds::Weights;
+use super::bounds::{Weights, weighted};
 use super::image::{Cheaper, Image, Shading, not_finite};
 use learn::Steps;
 use osl_exec::{Frame, RunError};
 use pilot::estimate;
-use probe::{Probes, Tried, trust};
+pub use policy::PROMISED;
+use policy::*;
+use probe::{NEVER, Probes, Tried, trust};
+use pxfm::f_powf;
 use std::ops::Range;
 
 /// The error bound of an image.
@@ -39,63 +44,6 @@ pub struct MaxError {
     /// Maximum samples per pixel; rounded down to a power of two.
     pub most: u32,
 }
-
-/// When a probe fails where the lattice was trusted, pixels up to this distance along each axis become
-/// pending again.
-const REACH: usize = 4;
-/// Distance between the pixels of the coarsest lattice.
-const COARSE: usize = 4;
-/// Share of the pixels whose error may exceed the bound.
-pub const PROMISED: f64 = 1e-3;
-/// The share that planning aims for, to leave a margin.
-const ALLOWED: f32 = 5e-4;
-/// The aim when few pixels are left.
-const ALLOWED_OF_FEW: f32 = 0.02;
-/// One in so many pixels gets a probe, to judge the lattices of every fourth, every second and every pixel,
-/// and all of them once more before sampling starts. Probes cost about a tenth of the work.
-const PROBE: [usize; 4] = [168, 48, 16, 8];
-/// The minimum and maximum number of probes.
-const PEEKS: (usize, usize) = (64, 16384);
-/// The number of probes around which a finer lattice is tried; the share of them that it must settle; the
-/// share that may exceed the bound.
-const TRIALS: usize = 48;
-const WORTH: [f32; 2] = [0.25, 0.6];
-/// The next finer lattice has to prove itself only up to this estimate, as a multiple of the bound.
-const NEAR: f32 = 2.0;
-/// Share of the probes that may fail if a lattice is to do for all pixels.
-const FAILED: f32 = 0.005;
-/// The largest estimates that are trusted without further evidence, as shares of the bound, because the
-/// probes may have missed rare features. The first value is for lattices, the second for a pixel's centre,
-/// which may be on either side of an edge.
-const TRUSTED: [f32; 2] = [1.0, 0.25];
-/// Good probes above `TRUSTED` that raise the trusted estimate.
-const EVIDENCE: usize = 40;
-/// Share of the pixels below which a finer lattice is not worth its cost.
-const ROUGH: f32 = 0.02;
-/// Minimum number of probes to learn from.
-const FEW: usize = 16;
-/// A probe or a pilot pixel whose error exceeds this share of the bound counts as a failure.
-const CLOSE: f32 = 0.9;
-const BOLD: f32 = 0.95;
-/// The threshold used when adaptive sampling costs less than `THRIFT` of sampling every pixel equally.
-const CAREFUL: f32 = 0.8;
-const THRIFT: f32 = 0.75;
-/// If at most this share of the pilot exceeds the bound, the next sample count needs no trial.
-const NEARLY: f32 = 0.005;
-/// A trusted estimate is at most this multiple of the smallest estimate at which a probe failed.
-const BELOW_FAILED: f32 = 0.9;
-/// Size of the pilot: one in so many pixels of the image, one in so many pixels that need samples, and the
-/// minimum.
-const PILOT: (usize, usize, usize) = (16, 4, 64);
-/// Samples needed to hit any feature large enough to matter: a factor on the range of values in units of the
-/// bound, the minimum and the maximum.
-const MIN_SAMPLES: (f32, f32, f32) = (3.0, 8.0, 256.0);
-/// A pilot pixel with enough samples is dropped when its error is below this share of the bound.
-const DROPPED: f32 = 0.2;
-/// A pixel has enough samples when the bound is at least this many standard errors.
-const SURE: f32 = 2.0;
-/// The widest filter for which lattices are used. **Units:** pixels.
-const WIDEST: f32 = 4.0;
 
 /// Renders some rows of an image with an error below a bound. Pass dozens of rows at a time, because the
 /// function learns from some of their pixels.
@@ -132,6 +80,7 @@ pub fn max_error_each(
         spread: spread(shading),
         values: Vec::new(),
         known: vec![false; rows.len() * width],
+        plain: Vec::new(),
         evaluations: 0,
         unfinished: 0,
         above: 0.0,
@@ -168,6 +117,8 @@ struct Work<'s, 'a> {
     values: Vec<Vec<f32>>,
     /// Pixels whose centre was computed.
     known: Vec<bool>,
+    /// The samples of pixels that all have the same number; empty without such pixels.
+    plain: Vec<u32>,
     evaluations: u64,
     /// Pixels that need more samples than the maximum.
     unfinished: u64,
@@ -193,24 +144,36 @@ impl<'a> Work<'_, 'a> {
     /// Settles as many pixels as lattices can. Returns how many of them may exceed the bound.
     fn lattices(&mut self, probes: &mut Probes, pending: &mut [bool]) -> Result<f32, RunError> {
         let mut steps = vec![COARSE];
-        let mut found = self.settle_by(&steps, probes, PROBE[0], pending)?;
+        let each = if self.has_spikes()? { PROBE[3] } else { PROBE[0] };
+        let mut found = self.settle_by(&mut steps, probes, each, pending)?;
+        if self.is_rough(&found, pending)
+            && count(pending) as f32 > UNIFORM * pending.len() as f32
+            && let Some(whole) = self.uniform(probes, pending)?
+        {
+            (steps, found) = (vec![whole.step], whole.found);
+        }
         for (step, each) in [(2, PROBE[1]), (1, PROBE[2])] {
-            if !pending.contains(&true) {
+            if count(pending) == 0 {
                 break;
+            }
+            if steps.iter().any(|done| *done <= step) {
+                continue;
             }
             if self.is_rough(&found, pending) {
                 if self.is_worth(probes, pending, step)? {
                     steps.push(step);
-                    found = self.settle_by(&steps, probes, each, pending)?;
+                    found = self.settle_by(&mut steps, probes, each, pending)?;
                 }
             } else {
                 self.settle_near(step, probes, pending)?;
                 found.off += self.settle_one(step, probes, pending, found.off)?.off;
             }
         }
-        if self.is_rough(&found, pending) {
+        // The probes also show whether a cheaper arithmetic is good enough.
+        let asks = !steps.is_empty() || self.shading.cheaper.is_some();
+        if self.is_rough(&found, pending) && asks {
             // Sampling will be so expensive that a second test of the lattices costs little in comparison.
-            found = self.settle_by(&steps, probes, PROBE[3], pending)?;
+            found = self.settle_by(&mut steps, probes, PROBE[3], pending)?;
         }
         Ok(found.off)
     }
@@ -218,14 +181,14 @@ impl<'a> Work<'_, 'a> {
     /// Whether the remaining pixels are so expensive that further tests cost nothing in comparison: there are
     /// many, and no lattice was good enough for all.
     fn is_rough(&self, found: &Found, pending: &[bool]) -> bool {
-        let left = pending.iter().filter(|p| **p).count();
-        left as f32 > ROUGH * pending.len() as f32 && found.failed > FAILED
+        count(pending) as f32 > ROUGH * pending.len() as f32 && found.failed > FAILED
     }
 
-    /// Settles pixels by some lattices, after a probe at one in `each` pixels.
+    /// Settles pixels by some lattices, after a probe at one in `each` pixels. Lattices that were wrong
+    /// almost everywhere are removed from the list.
     fn settle_by(
         &mut self,
-        steps: &[usize],
+        steps: &mut Vec<usize>,
         probes: &mut Probes,
         each: usize,
         pending: &mut [bool],
@@ -235,10 +198,16 @@ impl<'a> Work<'_, 'a> {
         self.probe(probes, wanted.saturating_sub(probes.count()))?;
         pending.fill(true);
         let mut found = Found::default();
-        for step in steps {
+        let mut useful = Vec::new();
+        for step in steps.iter() {
+            let before = count(pending);
             let one = self.settle_one(*step, probes, pending, found.off)?;
+            if before - count(pending) > (USEFUL * pending.len() as f32) as usize || one.failed < WORTH[1] {
+                useful.push(*step);
+            }
             found = Found { off: found.off + one.off, ..one };
         }
+        *steps = useful;
         Ok(found)
     }
 
@@ -273,7 +242,7 @@ impl<'a> Work<'_, 'a> {
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
         let needed = probes.stencils(self, &some, step);
         self.centres(&needed)?;
-        self.judge(probes, &some, step)
+        self.judge(probes, &some, step, |work, cell| work.curvature(cell, step))
     }
 
     /// Settles pending pixels by one lattice. `off` pixels may already exceed the bound.
@@ -288,7 +257,8 @@ impl<'a> Work<'_, 'a> {
             self.lattice(step, pending)?;
         }
         let open = probes.open(pending);
-        let tried = self.judge(probes, &open, step)?;
+        let curvatures = self.curvatures(step);
+        let tried = self.judge(probes, &open, step, |_, pixel| curvatures.at(pixel))?;
         let share = pending.len() as f32 / probes.count().max(1) as f32;
         let spare = (ALLOWED * pending.len() as f32 - off).max(0.0) / share;
         let most = TRUSTED[usize::from(step == 1)] * self.wanted.error;
@@ -297,7 +267,7 @@ impl<'a> Work<'_, 'a> {
             // A few pixels teach little: the lattice is then as good as its estimates.
             trust.limit = most;
         }
-        self.settle(step, trust.limit, pending);
+        self.settle(step, trust.limit, &curvatures, pending);
         // The feature that a probe hit may be larger than its pixel.
         for (slot, (estimate, error)) in open.iter().zip(&tried) {
             if *estimate <= trust.limit && above(*error, CLOSE * self.wanted.error) {
@@ -319,7 +289,14 @@ impl<'a> Work<'_, 'a> {
     /// Computes the needed centres that are not known yet.
     fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
         let missing = |pixel: &usize| needed[*pixel] && !self.known[*pixel];
-        let pixels: Vec<usize> = (0..needed.len()).filter(missing).collect();
+        self.compute((0..needed.len()).filter(missing).collect())
+    }
+
+    /// Computes the centres of some pixels.
+    fn compute(&mut self, pixels: Vec<usize>) -> Result<(), RunError> {
+        if pixels.is_empty() {
+            return Ok(());
+        }
         let all: Vec<u32> = pixels.iter().map(|pixel| *pixel as u32 + self.first).collect();
         let found = self.shading.centres(&all, &mut self.said)?;
         for (values, found) in self.values.iter_mut().zip(found) {
@@ -346,8 +323,15 @@ impl<'a> Work<'_, 'a> {
         }
         let allowed = (ALLOWED * pending.len() as f32 - off).max(0.0) / pixels.len() as f32;
         let (pilot, steps) = self.pilot(&pixels, allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW))?;
+        self.sampled.pattern = pilot.pattern().clone();
         let ahead = pilot.pixels();
-        pixels.retain(|pixel| ahead.binary_search(pixel).is_err());
+        let mut is_ahead = vec![false; pending.len()];
+        ahead.iter().for_each(|pixel| is_ahead[(pixel - self.first) as usize] = true);
+        pixels.retain(|pixel| !is_ahead[(pixel - self.first) as usize]);
+        if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
+            let others = self.plain(pixels, *samples, steps.power)?;
+            return Ok([pilot, others]);
+        }
         let guards = self.guards(&pixels);
         if steps.short {
             let share = f64::from(steps.failed) / ahead.len().max(1) as f64;
@@ -358,6 +342,43 @@ impl<'a> Work<'_, 'a> {
         Ok([pilot, others])
     }
 
+    /// Takes the same number of samples in all pixels, and more in those that the later half of them moved
+    /// too far. Returns these.
+    fn plain(&mut self, pixels: Vec<u32>, samples: u32, power: f32) -> Result<Refiner<'a>, RunError> {
+        self.sampled.pattern = self.sampled.pattern.clone().with(samples);
+        let [means, moves] = self.sampled.halves(&pixels, samples, &mut self.said)?;
+        self.evaluations += u64::from(samples) * pixels.len() as u64;
+        let limit = self.last_limit(power);
+        self.plain.resize(self.known.len(), 0);
+        let mut again = Vec::new();
+        for (at, pixel) in pixels.iter().enumerate() {
+            let planes = moves.iter().zip(self.weights.iter());
+            if planes.map(|(moves, weight)| weighted(moves[at], weight)).fold(0.0, f32::max) > limit {
+                again.push(*pixel);
+            }
+            let place = (pixel - self.first) as usize;
+            self.values.iter_mut().zip(&means).for_each(|(plane, means)| plane[place] = means[at]);
+            self.plain[place] = samples;
+        }
+        let mut again = Refiner::new(&self.sampled, again).with(&self.weights);
+        if !again.active.is_empty() && 2 * samples <= self.wanted.most {
+            again.round(samples, false)?;
+            again.round(2 * samples, false)?;
+            self.last_look(&mut again, power)?;
+        } else {
+            again = Refiner::new(&self.sampled, Vec::new());
+        }
+        Ok(again)
+    }
+
+    /// The largest change by the later half of a pixel's samples after which it needs no others. `power` is
+    /// the rate at which squared errors fall.
+    fn last_limit(&self, power: f32) -> f32 {
+        // Two independent halves are as far from their mean as that is from the truth; stratified ones are
+        // farther.
+        LAST_LOOK * self.wanted.error / f_powf(0.5, 0.5 * (power - 1.0))
+    }
+
     /// Samples pixels with the limits that the pilot found.
     fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), RunError> {
         let mut estimates = vec![0.0; guards.len()];
@@ -366,6 +387,14 @@ impl<'a> Work<'_, 'a> {
                 break;
             }
             let last = *limit == f32::INFINITY;
+            if *limit == NEVER {
+                continue;
+            }
+            // The later half of the samples shows how far the earlier half was off, as in the pilot, whose
+            // first round has no earlier half.
+            if 2 * refiner.samples < *samples && (last || *samples > 2) {
+                refiner.round(samples / 2, false)?;
+            }
             refiner.round(*samples, !last || steps.short)?;
             if last && steps.short {
                 let wants = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
@@ -379,12 +408,27 @@ impl<'a> Work<'_, 'a> {
                 refiner.settle(|slot, _| estimates[slot] <= *limit);
             }
         }
-        Ok(())
+        if steps.short { Ok(()) } else { self.last_look(refiner, steps.power) }
+    }
+
+    /// Takes more samples of pixels that the last half of their samples moved too far.
+    fn last_look(&self, refiner: &mut Refiner<'a>, power: f32) -> Result<(), RunError> {
+        let limit = self.last_limit(power);
+        loop {
+            let Refiner { active, moved, .. } = refiner;
+            active.retain(|slot| moved[*slot] > limit);
+            if active.is_empty() || 2 * refiner.samples > self.wanted.most {
+                return Ok(());
+            }
+            refiner.round(2 * refiner.samples, false)?;
+        }
     }
 
     fn image(&mut self, refined: [Refiner<'a>; 2]) -> Image {
         let mut image = Image { frame: std::mem::take(&mut self.said), ..Image::default() };
         let mut samples: Vec<u32> = self.known.iter().map(|known| u32::from(*known)).collect();
+        samples.iter_mut().zip(&self.plain).for_each(|(own, plain)| *own = (*own).max(*plain));
+        let is_plain = refined.iter().all(|refiner| refiner.pixels().is_empty());
         let mut values = std::mem::take(&mut self.values);
         image.tally.evaluations = self.evaluations;
         for refiner in refined {
@@ -398,7 +442,13 @@ impl<'a> Work<'_, 'a> {
             image.frame.add(refiner.said, &self.shading.options.limits.running);
         }
         image.tally.pixels = self.known.len() as u64;
-        image.tally.note_all(samples.iter().copied());
+        if is_plain {
+            let own = count(&self.known) as u64;
+            image.tally.note(1, own);
+            image.tally.note(0, image.tally.pixels - own);
+        } else {
+            image.tally.note_all(samples.iter().copied());
+        }
         image.samples = samples;
         image.tally.unfinished = self.unfinished;
         image.tally.above = self.above;
@@ -416,6 +466,13 @@ struct Found {
     off: f32,
     /// Share of the probes at which the last lattice failed.
     failed: f32,
+}
+
+/// How many pixels are pending.
+fn count(pending: &[bool]) -> usize {
+    // Sums of bytes, which the compiler puts into vectors.
+    let some = |pixels: &[bool]| usize::from(pixels.iter().map(|pending| u8::from(*pending)).sum::<u8>());
+    pending.chunks(128).map(some).sum()
 }
 
 /// Whether an estimate is above a limit or NaN.

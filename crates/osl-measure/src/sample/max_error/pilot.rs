@@ -2,14 +2,15 @@
 //! others will have. Each sample count is judged by twice as many samples, so the cost of judging is
 //! proportional to the cost of the image.
 
-use super::learn::{Rung, Steps, fixed, steps};
+use super::Work;
+use super::learn::{Rung, Steps, clairvoyant, fixed, steps};
+use super::policy::*;
 use super::probe::distance;
-use super::{BOLD, CAREFUL, DROPPED, MIN_SAMPLES, NEARLY, PILOT, PROMISED, THRIFT, Work};
 use crate::sample::adapt::Refiner;
 use crate::sample::bounds::{Weights, weighted};
 use crate::sample::oracle::some_pixels;
 use osl_exec::RunError;
-use pxfm::{f_hypotf, f_log2f, f_powf};
+use pxfm::{f_log2f, f_powf};
 use rayon::prelude::*;
 
 impl<'a> Work<'_, 'a> {
@@ -17,7 +18,10 @@ impl<'a> Work<'_, 'a> {
     /// share of the pixels that may exceed the bound.
     pub(super) fn pilot(&mut self, pixels: &[u32], allowed: f32) -> Result<(Refiner<'a>, Steps), RunError> {
         let (of_all, of_these, fewest) = PILOT;
-        let wanted = (self.known.len() / of_all).min(pixels.len() / of_these).max(fewest);
+        let (of_small, some) = SMALL_PILOT;
+        let all = self.known.len();
+        let wanted = (all / of_all).max((all / of_small).min(some));
+        let wanted = wanted.min(pixels.len() / of_these).max(fewest);
         let seed = self.first ^ 0x2b07;
         let chosen = some_pixels(pixels.len(), wanted, seed).iter().map(|at| pixels[*at as usize]).collect();
         let mut pilot = Pilot::new(self, chosen);
@@ -27,6 +31,7 @@ impl<'a> Work<'_, 'a> {
             pilot.double()?;
             let last = pilot.refiner.samples > self.wanted.most || pilot.refiner.active.is_empty();
             if let Some(found) = pilot.lesson(allowed, of, last) {
+                let found = Steps { power: pilot.convergence(), ..found };
                 return Ok((pilot.refiner, found));
             }
             pilot.drop_settled();
@@ -124,21 +129,54 @@ impl<'a> Pilot<'a> {
         if !last && self.refiner.samples < self.min_samples && self.convergence() < EDGES {
             return None;
         }
-        let found = steps(&rungs, BOLD * self.bound, allowed);
+        if let Some(samples) = fixed(&rungs, BOLD * self.bound, allowed) {
+            let [work, rounds] = clairvoyant(&rungs, BOLD * self.bound);
+            let all = f64::from(samples) * f64::from(count);
+            if !last && LEARNED * work + ESTIMATING * rounds >= all && all <= DEARER * LEARNED * work {
+                let limits = vec![(samples, f32::INFINITY)];
+                return Some(Steps { limits, work: all, rounds: f64::from(count), ..Steps::default() });
+            }
+        }
+        if count < MANY_PIXELS && !last {
+            // Few pixels cannot distinguish one failure from three, so limits from them are stricter.
+            let [bold, share] = SMALL;
+            let found = steps(&rungs, bold * self.bound, share * allowed);
+            if found.failed <= share * allowed {
+                return Some(self.plain(found, &rungs, allowed));
+            }
+        }
         if last {
+            // Pixels that exceed the bound with all their samples do not make the others dearer.
+            let never = rungs.last().map_or(0.0, |rung| rung.failed(self.bound));
+            let few = if never <= ALLOWED_OF_FEW * count { UNAVOIDABLE * never } else { 0.0 };
+            let found = steps(&rungs, self.bound, allowed.max(few));
             return Some(Steps { short: found.failed > allowed, ..found });
         }
+        let found = steps(&rungs, BOLD * self.bound, allowed);
         if found.failed > allowed {
             rungs.push(self.next(&rungs)?);
             let found = steps(&rungs, BOLD * self.bound, allowed);
-            return (found.failed <= allowed && !affordable(&rungs, &found, 2.0)).then_some(found);
+            let is_good = found.failed <= allowed && !affordable(&rungs, &found, 2.0);
+            return is_good.then(|| self.plain(found, &rungs, allowed));
         }
         // If adaptive sampling saves much, a stricter threshold is affordable.
-        let careful = steps(&rungs, CAREFUL * self.bound, 0.5 * allowed);
-        if careful.failed <= 0.5 * allowed {
-            return Some(if affordable(&rungs, &careful, 1.0) { careful } else { found });
+        let care = CARE * allowed;
+        let careful = steps(&rungs, CAREFUL * self.bound, care);
+        if careful.failed <= care {
+            let is_affordable = affordable(&rungs, &careful, 1.0);
+            return Some(if is_affordable { careful } else { self.plain(found, &rungs, allowed) });
         }
-        (!affordable(&rungs, &careful, 2.0)).then_some(found)
+        (!affordable(&rungs, &careful, 2.0)).then(|| self.plain(found, &rungs, allowed))
+    }
+
+    /// The same number of samples for all pixels, if limits do not save the time that estimates take.
+    fn plain(&self, found: Steps, rungs: &[Rung], allowed: f32) -> Steps {
+        let Some(samples) = fixed(rungs, BOLD * self.bound, allowed) else { return found };
+        let work = f64::from(samples) * self.guards.len() as f64;
+        if found.work + ESTIMATING * found.rounds < work || work > DEARER * found.work {
+            return found;
+        }
+        Steps { limits: vec![(samples, f32::INFINITY)], work, ..found }
     }
 
     /// Predicts a sample count that was not tried from the one before, if that was nearly good enough.
@@ -211,6 +249,7 @@ fn moved(from: &Round, to: &Round, slot: usize, weights: &Weights) -> f32 {
 /// samples, and at least the lattice's curvature divided by the sample count, for features that may hide
 /// between samples.
 pub(super) fn estimate(refiner: &Refiner<'_>, slot: usize, curvature: f32) -> f32 {
-    let error = f_hypotf(refiner.error(slot), refiner.moved[slot]);
+    let [error, moved] = [refiner.error(slot), refiner.moved[slot]].map(f64::from);
+    let error = (error * error + moved * moved).sqrt() as f32;
     if curvature.is_finite() { error.max(curvature / refiner.samples as f32) } else { error }
 }

@@ -4,14 +4,15 @@
 //! lattice is right at these positions too, not only at pixel centres. Some of the probes fail where the
 //! lattice is too coarse or where the shader varies within a pixel.
 
-use super::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, Work, above};
+use super::policy::{BELOW_FAILED, CLOSE, EVIDENCE, FEW};
+use super::{Work, above};
 use crate::sample::bounds::weighted;
 use crate::sample::oracle::some_pixels;
 use crate::sample::pattern::hash;
 use osl_exec::RunError;
 
 /// Samples for a pixel whose probe failed: the mean of the pixel may still be right.
-const SECOND_LOOK: u32 = 64;
+const SECOND_LOOK: u32 = 32;
 /// Standard errors added to the mean of a second look. They assume independent samples; the actual error is
 /// smaller.
 const DOUBT: f32 = 0.5;
@@ -68,6 +69,9 @@ impl Work<'_, '_> {
     pub(super) fn probe(&mut self, probes: &mut Probes, wanted: usize) -> Result<(), RunError> {
         let seed = hash(self.first ^ 0x9110 ^ probes.count() as u32);
         let chosen = some_pixels(self.known.len(), wanted, seed);
+        if chosen.is_empty() {
+            return Ok(());
+        }
         let pixels: Vec<u32> = chosen.iter().map(|pixel| pixel + self.first).collect();
         let batch = self.shading.batch(&pixels, 0..1, false)?;
         self.said.add(batch.said, &self.shading.options.limits.running);
@@ -89,36 +93,61 @@ impl Work<'_, '_> {
         [pixel_place[0] + offset[0], pixel_place[1] + offset[1]]
     }
 
-    /// Judges a lattice at some probes: for each, the estimated and the actual error.
+    /// Judges a lattice at some probes: for each, the estimated and the actual error. `curvature` gives the
+    /// estimate of the cell that contains a pixel.
     pub(super) fn judge(
         &mut self,
         probes: &Probes,
         slots: &[usize],
         step: usize,
+        curvature: impl Fn(&Self, [usize; 2]) -> f32,
     ) -> Result<Vec<Tried>, RunError> {
-        let mut tried: Vec<Tried> = slots
-            .iter()
-            .map(|slot| {
-                let (pixel, place) = (probes.pixels[*slot] as usize, probes.places[*slot]);
-                let curvature = self.curvature([pixel % self.width, pixel / self.width], step);
-                let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
-                    weighted(distance(self.at(values, place, step), seen[*slot]), weight)
-                };
-                let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
-                let worst = planes.map(off).fold(0.0, f32::max);
-                (curvature, worst + self.blurred(pixel, step))
-            })
-            .collect();
+        let errors = self.errors(probes, slots, step)?;
+        let estimate = |slot: &usize| {
+            let pixel = probes.pixels[*slot] as usize;
+            curvature(self, [pixel % self.width, pixel / self.width])
+        };
+        Ok(slots.iter().map(estimate).zip(errors).collect())
+    }
+
+    /// The errors of a lattice at some probes.
+    pub(super) fn errors(
+        &mut self,
+        probes: &Probes,
+        slots: &[usize],
+        step: usize,
+    ) -> Result<Vec<f32>, RunError> {
+        let error = |slot: &usize| {
+            let (pixel, place) = (probes.pixels[*slot] as usize, probes.places[*slot]);
+            let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
+                weighted(distance(self.at(values, place, step), seen[*slot]), weight)
+            };
+            let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
+            planes.map(off).fold(0.0, f32::max) + self.blurred(pixel, step)
+        };
+        let mut errors: Vec<f32> = slots.iter().map(error).collect();
         let failed: Vec<usize> =
-            (0..slots.len()).filter(|at| above(tried[*at].1, CLOSE * self.wanted.error)).collect();
+            (0..slots.len()).filter(|at| above(errors[*at], CLOSE * self.wanted.error)).collect();
         if failed.len() * SECOND_LOOKS <= slots.len() {
             let pixels: Vec<u32> = failed.iter().map(|at| probes.pixels[slots[*at]]).collect();
             for (at, error) in failed.iter().zip(self.look_again(&pixels, step)?) {
                 // The mean of many samples is known so well that it needs no margin.
-                tried[*at].1 = CLOSE * (error + self.blurred(probes.pixels[slots[*at]] as usize, step));
+                errors[*at] = CLOSE * (error + self.blurred(probes.pixels[slots[*at]] as usize, step));
             }
         }
-        Ok(tried)
+        Ok(errors)
+    }
+
+    /// How many of some probes have another value than the centre of their pixel, by more than the bound.
+    pub(super) fn uneven(&self, probes: &Probes, slots: &[usize]) -> usize {
+        let is_uneven = |slot: &&usize| {
+            let pixel = probes.pixels[**slot] as usize;
+            let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
+            let mut off = planes
+                .map(|((values, seen), weight)| weighted(distance(values[pixel], seen[**slot]), weight));
+            off.any(|off| above(off, CLOSE * self.wanted.error))
+        };
+        slots.iter().filter(is_uneven).count()
     }
 
     /// Distance between the mean over a pixel and its centre, from the curvature of the lattice: half the
@@ -142,6 +171,9 @@ impl Work<'_, '_> {
     /// Takes more samples of some pixels and returns how far their means are from the lattice, plus the
     /// uncertainty of these means.
     fn look_again(&mut self, pixels: &[u32], step: usize) -> Result<Vec<f32>, RunError> {
+        if pixels.is_empty() {
+            return Ok(Vec::new());
+        }
         let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
         let samples = SECOND_LOOK.min(self.shading.pattern.count());
         let seen = self.shading.samples(&all, 0..samples, &mut self.said)?;

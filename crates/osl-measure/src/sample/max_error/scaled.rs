@@ -30,16 +30,12 @@ pub(super) struct Scaled {
 
 impl Scaled {
     /// `None` unless the errors near the bound differ only by a constant factor.
-    pub(super) fn of(tried: &[Tried], bound: f32) -> Option<Scaled> {
+    /// `order` has the pixels in the order of their estimates.
+    pub(super) fn of(tried: &[Tried], order: &[(f32, u32)], bound: f32) -> Option<Scaled> {
         if tried.len() < MANY || tried.iter().any(|(_, error)| !error.is_finite()) {
             return None;
         }
-        // A NaN estimate means that the pixel was finished earlier.
-        let known = |estimate: f32| if estimate.is_nan() { 0.0 } else { estimate };
-        let mut order: Vec<(f32, u32)> =
-            tried.iter().zip(0..).map(|((e, _), slot)| (known(*e), slot)).collect();
-        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let order: Vec<usize> = order.into_iter().map(|(_, slot)| slot as usize).collect();
+        let order: Vec<usize> = order.iter().map(|(_, slot)| *slot as usize).collect();
         let sizes = sizes(tried, &order);
         let mut of = vec![0; tried.len()];
         order
@@ -108,11 +104,17 @@ mod tests {
         (0..4).map(|k| 2.0 * random(4 * i + k) - 1.0).sum::<f32>().abs() / 2.0
     }
 
+    fn scaled(tried: &[Tried], bound: f32) -> Option<Scaled> {
+        let mut order: Vec<(f32, u32)> = tried.iter().zip(0..).map(|((e, _), slot)| (*e, slot)).collect();
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        Scaled::of(tried, &order, bound)
+    }
+
     #[test]
     fn what_is_rare_follows_from_what_is_not() {
         let size = |i: usize| 0.3 + 0.5 * random(100_000 + i);
         let tried: Vec<Tried> = (0..4096).map(|i| (size(i), size(i) * error(i))).collect();
-        let scaled = Scaled::of(&tried, 1.0).expect("errors that are but scaled");
+        let scaled = scaled(&tried, 1.0).expect("errors that are but scaled");
         let said: f32 = scaled.chances(1.0).iter().sum();
         let more = (0..400 * 4096).filter(|i| size(i % 4096) * error(*i) > 1.0).count() as f32 / 400.0;
         assert!((said / more - 1.0).abs() < 0.35, "{said} said, {more} true");
@@ -124,8 +126,8 @@ mod tests {
         let hidden = |i: usize| if i.is_multiple_of(50) { 0.8 } else { 0.01 * error(i) };
         let tried: Vec<Tried> =
             (0..4096).map(|i| if i < 2048 { (0.001, hidden(i)) } else { (0.5, 0.5 * error(i)) }).collect();
-        assert!(Scaled::of(&tried, 0.7).is_none());
+        assert!(scaled(&tried, 0.7).is_none());
         let few: Vec<Tried> = (0..100).map(|i| (0.5, error(i))).collect();
-        assert!(Scaled::of(&few, 1.0).is_none(), "few say nothing");
+        assert!(scaled(&few, 1.0).is_none(), "few say nothing");
     }
 }

@@ -1,0 +1,103 @@
+//! One lattice for all pixels. Most images need the same method almost everywhere; then it is quicker to
+//! compute a whole lattice at once than to decide for each cell, and probes alone show whether it is right.
+
+use super::policy::{
+    ALLOWED, CLOSE, COARSE, PEEKS, PROBE, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW, SURE_PROBES, TRIALS,
+    TRIED,
+};
+use super::probe::Probes;
+use super::{Found, Work, above};
+use crate::sample::bounds::weighted;
+use osl_exec::RunError;
+
+/// A lattice that was computed for all pixels, and how many of them may exceed the bound.
+pub(super) struct Whole {
+    pub(super) step: usize,
+    pub(super) found: Found,
+}
+
+impl Work<'_, '_> {
+    /// Computes the coarsest lattice that is right around a few of the pending probes, if there is one, and
+    /// settles the pixels for which it is good enough.
+    pub(super) fn uniform(
+        &mut self,
+        probes: &mut Probes,
+        pending: &mut [bool],
+    ) -> Result<Option<Whole>, RunError> {
+        let open = probes.open(pending);
+        for step in [2, 1] {
+            let tried = self.try_some(probes, open.clone(), step)?;
+            let failed = tried.iter().filter(|(_, error)| above(*error, CLOSE * self.wanted.error)).count();
+            let each = open.len().div_ceil(TRIALS).max(1);
+            let some: Vec<usize> = open.iter().copied().step_by(each).collect();
+            if failed <= TRIED || step == 1 && self.uneven(probes, &some) <= TRIED {
+                return Ok(Some(self.settle_whole(step, probes, pending)?));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Computes a whole lattice and settles the pixels for which it is good enough.
+    fn settle_whole(
+        &mut self,
+        step: usize,
+        probes: &mut Probes,
+        pending: &mut [bool],
+    ) -> Result<Whole, RunError> {
+        self.whole(step)?;
+        pending.fill(true);
+        let (count, (fewest, most)) = (pending.len(), PEEKS);
+        let wanted = match step {
+            1 => (count / PROBE[2]).max(SURE_PROBES.min(count / PROBE[3])),
+            _ => count / PROBE_WHOLE,
+        };
+        let wanted = wanted.clamp(fewest, most);
+        self.probe(probes, wanted.min(count).saturating_sub(probes.count()))?;
+        if step > 1 {
+            return Ok(Whole { step, found: self.settle_one(step, probes, pending, 0.0)? });
+        }
+        // So many random pixels show a share of one in a thousand by themselves. Their own centre decides, or
+        // the parabola through its neighbours. Where edges lie on the borders of pixels, the first is right.
+        let all: Vec<usize> = (0..probes.count()).collect();
+        let spare = ALLOWED * all.len() as f32;
+        let errors = self.errors(probes, &all, step)?;
+        let failed = errors.iter().filter(|error| above(**error, CLOSE * self.wanted.error)).count();
+        let failed = if failed as f32 > spare { failed.min(self.uneven(probes, &all)) } else { failed };
+        if failed as f32 <= spare {
+            pending.fill(false);
+            let off = failed as f32 * count as f32 / all.len().max(1) as f32;
+            return Ok(Whole { step, found: Found { off, failed: 0.0 } });
+        }
+        Ok(Whole { step, found: self.settle_one(step, probes, pending, 0.0)? })
+    }
+
+    /// Whether the coarsest lattice hit so many features of about a pixel that it missed too many others.
+    /// Only small images ask: in others, probes show it.
+    pub(super) fn has_spikes(&mut self) -> Result<bool, RunError> {
+        let (width, height) = (self.width, self.height);
+        if width * height >= SPIKES_BELOW {
+            return Ok(false);
+        }
+        let inner = |size: usize| (COARSE..size.saturating_sub(COARSE)).step_by(COARSE);
+        let all = || inner(height).flat_map(move |y| inner(width).map(move |x| y * width + x));
+        let [far, near] = SPIKE.map(|times| times * self.wanted.error);
+        let stands_out = |work: &Self, at: usize, step: usize, near: f32| {
+            let mut planes = work.values.iter().zip(work.weights.iter());
+            planes.any(|(plane, weight)| {
+                let beside = [at - step, at + step, at - step * width, at + step * width].map(|at| plane[at]);
+                let mean = 0.25 * beside.iter().sum::<f32>();
+                let apart = |x: f32| weighted((x - mean).abs(), weight);
+                above(apart(plane[at]), far) && beside.iter().all(|x| apart(*x) <= near)
+            })
+        };
+        let found: Vec<usize> = all().filter(|at| stands_out(self, *at, COARSE, near)).collect();
+        let some: Vec<usize> = found.iter().copied().step_by(found.len().div_ceil(SPIKES).max(1)).collect();
+        let mut needed = vec![false; width * height];
+        some.iter()
+            .for_each(|at| [at - 1, at + 1, at - width, at + width].iter().for_each(|at| needed[*at] = true));
+        self.centres(&needed)?;
+        let spikes = some.iter().filter(|at| stands_out(self, **at, 1, f32::INFINITY)).count();
+        let share = (found.len() * spikes) as f32 / some.len().max(1) as f32;
+        Ok(spikes > 1 && share > ALLOWED * all().count() as f32)
+    }
+}
