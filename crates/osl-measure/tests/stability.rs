@@ -91,3 +91,20 @@ fn numeric_events_are_noticed() {
     assert_eq!(noticed, [(3, "int-overflow"), (5, "index")]);
     assert!(report.noticed[0].why.starts_with("overflows an int at "), "{}", report.noticed[0].why);
 }
+
+/// 4096 + 1/3 is rounded to a multiple of 2^-11, and the difference magnifies this 8192 times: from half a
+/// unit in the last place, 2^-24, to (683 / 2048) / (1 / 3) - 1 = 2^-11.
+#[test]
+fn the_line_that_magnifies_names_the_line_that_rounds() {
+    let text = "shader s(float third = 0.333333343, output float r = 0)\n{\n    float far = third + 4096;\n    \
+                float near = far - 4096;\n    r = near * u * 2;\n}\n";
+    let report = examine("s.osl", text, &[]).report;
+    let [first, second] = &report.culprits[..2] else { panic!("{:?}", report.culprits) };
+    assert_eq!((first.line, second.line), (4, 3));
+    let partner = first.magnifies.as_ref().unwrap();
+    assert_eq!((partner.line, partner.code.as_str()), (3, "third + 4096"));
+    assert_eq!(first.why, "loses digits: it magnifies up to 8.2e3 times what line 3 rounds");
+    assert_eq!(second.magnified_by.as_ref().map(|by| by.line), Some(4));
+    assert_eq!(second.why, "rounds its result, which line 4 magnifies up to 8.2e3 times");
+    insta::assert_snapshot!(stability::text::text(&report, false));
+}

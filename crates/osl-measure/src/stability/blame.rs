@@ -10,6 +10,7 @@
 //! Expressions*, 2015). An instruction scores by the share of the error that passes through it where it
 //! amplifies, and with less weight by its own rounding, which adds up in long loops.
 
+use super::pairs::{Pairs, Paths};
 use crate::trace::{Exact, NodeId, Trace, What, eval};
 use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity};
@@ -55,7 +56,7 @@ impl Blame {
 }
 
 /// An instruction of the source: its location and its operation.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
     /// Its location.
     pub span: Span,
@@ -63,9 +64,18 @@ pub struct Place {
     pub what: String,
 }
 
-/// The blame of every instruction in a trace that has any. `ranges` are those of the outputs, in the order of
-/// the trace.
-pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> BTreeMap<Place, Blame> {
+/// What the instructions of a trace did.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Blames {
+    /// The blame of every instruction that has any.
+    pub(super) places: BTreeMap<Place, Blame>,
+    /// The instruction that magnifies, the instruction whose rounding it magnifies, and that error as a share
+    /// of an output's range.
+    pub(super) pairs: Pairs,
+}
+
+/// The blame of a trace. `ranges` are those of the outputs, in the order of the trace.
+pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> Blames {
     let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
     for ((_, _, nodes), range) in trace.outputs.iter().zip(ranges) {
         for id in nodes {
@@ -74,15 +84,24 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> BTreeMap<Place, Blame> {
             add(&mut flows[*id as usize], share);
         }
     }
-    let mut found: BTreeMap<Place, Blame> = BTreeMap::new();
+    let mut found = Blames::default();
+    let mut paths = Paths::new(trace.nodes.len());
+    let place = |id: NodeId| Place { span: trace.node(id).span, what: name(&trace.node(id).what) };
+    let sum = |flow: &Vec<f64>| flow.iter().sum::<f64>();
     for id in (0..trace.nodes.len()).rev() {
         let flow = std::mem::take(&mut flows[id]);
+        let args = &trace.nodes[id].args;
+        let before: Vec<f64> = args.iter().map(|arg| sum(&flows[*arg as usize])).collect();
         let blame = one(trace, id as NodeId, &flow, &mut flows);
         if blame != Blame::default() {
-            let node = &trace.nodes[id];
-            let place = Place { span: node.span, what: name(&node.what) };
-            found.entry(place).or_default().add(&blame);
+            found.places.entry(place(id as NodeId)).or_default().add(&blame);
         }
+        if let Some(by) = paths.magnifier(id).filter(|by| place(*by) != place(id as NodeId)) {
+            found.pairs.add(place(by), place(id as NodeId), blame.rounded);
+        }
+        let after = args.iter().map(|arg| sum(&flows[*arg as usize]));
+        let parts: Vec<f64> = after.zip(before).map(|(after, before)| after - before).collect();
+        paths.pass_on(id, &blame, args, &parts);
     }
     found
 }

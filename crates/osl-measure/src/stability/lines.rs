@@ -2,8 +2,10 @@
 
 use super::blame::{Blame, Place, ROUNDING, blame};
 use super::jumps::jumps;
+use super::pairs::{Pairs, Partner, Side};
 use super::subject::{Planes, Subject};
 use super::sweep::{Setting, errors, percent, range};
+use crate::explain::short;
 use crate::quote::Quote;
 use crate::sanitize::{Kind, events_at};
 use osl_ir::Span;
@@ -37,10 +39,24 @@ pub struct Culprit {
     pub error: f64,
     /// The explanation, in words.
     pub why: String,
+    /// The line whose rounding the instruction magnifies, if most of it is from one line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub magnifies: Option<Partner>,
+    /// The line that magnifies the instruction's rounding the most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub magnified_by: Option<Partner>,
 }
 
-/// An instruction with its score, its error and an explanation.
-type Charge = (Place, [f64; 2], String);
+/// An instruction with its score and its error.
+#[derive(Default)]
+struct Charge {
+    place: Place,
+    score: f64,
+    error: f64,
+    why: String,
+    magnifies: Option<Partner>,
+    magnified_by: Option<Partner>,
+}
 
 /// Number of points with the largest errors that are followed.
 const WORST: usize = 24;
@@ -73,6 +89,7 @@ pub fn culprits(
     let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
     let mut found: BTreeMap<Place, Blame> = BTreeMap::default();
+    let mut pairs = Pairs::default();
     let mut events: BTreeMap<(Span, Kind), u32> = BTreeMap::default();
     let (mut followed, mut skipped) = ((0, 0), 0);
     for (list, is_worst) in [(&worst, true), (&spread, false)] {
@@ -82,9 +99,11 @@ pub fn culprits(
                 continue;
             };
             if is_worst {
-                for (place, blame) in blame(&trace, &output_ranges(&trace, planes)) {
+                let blames = blame(&trace, &output_ranges(&trace, planes));
+                for (place, blame) in blames.places {
                     found.entry(place).or_default().add(&blame);
                 }
+                pairs.merge(blames.pairs);
             } else {
                 for event in events_at(&trace, subject.base.written, sources) {
                     *events.entry(event).or_default() += 1;
@@ -95,28 +114,25 @@ pub fn culprits(
     }
     let (mut blamed, mut noticed) = (Lines::default(), Lines::default());
     let n = f64::from(followed.0.max(1));
-    for (place, blame) in found {
+    for (place, blame) in &found {
         let score = blame.score() / n;
         if score > 0.0 {
-            let why = reason(&blame, n);
-            let error = blame.amplified.max(blame.rounded) / n;
-            blamed.put(place, [score, error], why, sources);
+            blamed.put(charge(place, blame, n, (&pairs, &found), sources), sources);
         }
     }
     for ((span, kind), count) in events {
         let share = f64::from(count) / f64::from(followed.1.max(1));
         let Some(does) = does(kind) else { continue };
         let why = format!("{does} at {} of the points", percent(share));
-        noticed.put(Place { span, what: kind.name().to_string() }, [share; 2], why, sources);
+        noticed.put(Charge::seen(span, kind.name(), share, why), sources);
     }
     if subject.base.differentiates {
         for (span, function, share) in seen_jumps(subject, grid, setting) {
-            let what = function.to_string();
             let why = format!(
                 "its argument jumps between neighbouring pixels at {} of them, which the derivative does not see",
                 percent(share)
             );
-            noticed.put(Place { span, what }, [share; 2], why, sources);
+            noticed.put(Charge::seen(span, function, share, why), sources);
         }
     }
     Found { blamed: blamed.culprits(setting, sources), noticed: noticed.culprits(setting, sources), skipped }
@@ -141,74 +157,121 @@ fn does(kind: Kind) -> Option<&'static str> {
 struct Lines(BTreeMap<(u32, u32), Vec<Charge>>);
 
 impl Lines {
-    fn put(&mut self, place: Place, score: [f64; 2], why: String, sources: &SourceMap) {
-        if let (Some(file), Some(at)) = (sources.file_at(place.span.start), sources.place(place.span))
-            && place.span != Span::default()
+    fn put(&mut self, charge: Charge, sources: &SourceMap) {
+        let span = charge.place.span;
+        if let (Some(file), Some(at)) = (sources.file_at(span.start), sources.place(span))
+            && span != Span::default()
         {
-            self.0.entry((file.base, at.line)).or_default().push((place, score, why));
+            self.0.entry((file.base, at.line)).or_default().push(charge);
         }
     }
 
-    /// The lines, the worst first, each with its worst instruction.
+    /// The lines, the worst first, each with its worst instruction. The line that magnifies a rounding comes
+    /// before the line that rounds.
     fn culprits(self, setting: &Setting, sources: &SourceMap) -> Vec<Culprit> {
-        let of_line = |mut instructions: Vec<Charge>| {
-            instructions.sort_by(|a, b| b.1[0].total_cmp(&a.1[0]).then(a.0.span.start.cmp(&b.0.span.start)));
-            let (place, score, why) = instructions.into_iter().next()?;
-            culprit(&place, score, why, setting, sources)
+        let of_line = |mut charges: Vec<Charge>| {
+            charges.sort_by(|a, b| {
+                b.score.total_cmp(&a.score).then(a.place.span.start.cmp(&b.place.span.start))
+            });
+            charges.into_iter().next()?.told(setting, sources)
         };
         let mut list: Vec<Culprit> = self.0.into_values().filter_map(of_line).collect();
         list.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.line.cmp(&b.line)));
+        // Each line that magnifies is moved at most once, so that lines in a loop end somewhere.
+        for at in 0..list.len() {
+            let Some(by) = list.get(at).and_then(|culprit| culprit.magnified_by.clone()) else { continue };
+            let later = list.iter().skip(at + 1).position(|c| (&c.file, c.line) == (&by.file, by.line));
+            if let Some(from) = later.map(|later| at + 1 + later) {
+                list[at..=from].rotate_right(1);
+            }
+        }
         list
     }
 }
 
-fn reason(blame: &Blame, points: f64) -> String {
+impl Charge {
+    /// A numeric event.
+    fn seen(span: Span, what: &str, share: f64, why: String) -> Charge {
+        let place = Place { span, what: what.to_string() };
+        Charge { place, score: share, error: share, why, ..Charge::default() }
+    }
+
+    fn told(self, setting: &Setting, sources: &SourceMap) -> Option<Culprit> {
+        let Quote { file, line, column, text, code } = Quote::of(self.place.span, sources)?;
+        Some(Culprit {
+            file,
+            line,
+            column,
+            text,
+            code,
+            what: self.place.what,
+            setting: setting.text(),
+            score: self.score,
+            error: self.error,
+            why: self.why,
+            magnifies: self.magnifies,
+            magnified_by: self.magnified_by,
+        })
+    }
+}
+
+/// What an instruction is blamed for at `points` points.
+fn charge(
+    place: &Place,
+    blame: &Blame,
+    points: f64,
+    (pairs, found): (&Pairs, &BTreeMap<Place, Blame>),
+    sources: &SourceMap,
+) -> Charge {
+    let mut charge = Charge {
+        place: place.clone(),
+        score: blame.score() / points,
+        error: blame.amplified.max(blame.rounded) / points,
+        ..Charge::default()
+    };
     let runs = f64::from(blame.runs.max(1));
+    let says = |own: &Option<Partner>, sources| own.as_ref().map(|partner| partner.words(place, sources));
     if blame.amplified >= ROUNDING * blame.rounded {
-        if blame.flips > 0 {
-            let share = f64::from(blame.flips) / runs;
-            return format!(
-                "jumps: its result is another than in double precision in {} of its runs at the worst points",
-                percent(share)
-            );
-        }
-        return match blame.factor {
-            factor if factor > 1.0 && factor.is_finite() => {
+        charge.magnifies = pairs.partner(Side::Rounds, place, sources);
+        let rounds = says(&charge.magnifies, sources);
+        let factor = blame.factor;
+        charge.why = match rounds {
+            _ if blame.flips > 0 => {
+                let at = rounds.map_or_else(String::new, |line| format!(" at what {line} rounds"));
+                let share = percent(f64::from(blame.flips) / runs);
                 format!(
-                    "loses digits: it magnifies the error of its arguments up to {} times",
-                    crate::explain::short(factor, 2)
+                    "jumps{at}: its result is another than in double precision in {share} of its runs at the \
+                     worst points"
                 )
             }
-            _ => "loses digits: a rounding of its arguments makes its result wrong".to_string(),
+            _ if !(factor > 1.0 && factor.is_finite()) => {
+                "loses digits: a rounding of its arguments makes its result wrong".to_string()
+            }
+            Some(line) => {
+                format!("loses digits: it magnifies up to {} times what {line} rounds", short(factor, 2))
+            }
+            None => format!(
+                "loses digits: it magnifies the error of its arguments up to {} times",
+                short(factor, 2)
+            ),
         };
+        return charge;
     }
     let times = runs / points;
     if times >= 4.0 {
-        return format!("rounds its result {} times a point, which adds up", crate::explain::short(times, 2));
+        charge.why = format!("rounds its result {} times a point, which adds up", short(times, 2));
+        return charge;
     }
-    "rounds its result, which later lines make worse".to_string()
-}
-
-fn culprit(
-    place: &Place,
-    [score, error]: [f64; 2],
-    why: String,
-    setting: &Setting,
-    sources: &SourceMap,
-) -> Option<Culprit> {
-    let Quote { file, line, column, text, code } = Quote::of(place.span, sources)?;
-    Some(Culprit {
-        file,
-        line,
-        column,
-        text,
-        code,
-        what: place.what.clone(),
-        setting: setting.text(),
-        score,
-        error,
-        why,
-    })
+    charge.magnified_by = pairs.partner(Side::Magnifies, place, sources);
+    let by = charge.magnified_by.as_ref().and_then(|by| found.get(&by.place));
+    charge.why = match (says(&charge.magnified_by, sources), by) {
+        (Some(line), Some(by)) if by.flips > 0 => format!("rounds its result, at which {line} jumps"),
+        (Some(line), Some(by)) => {
+            format!("rounds its result, which {line} magnifies up to {} times", short(by.factor, 2))
+        }
+        _ => "rounds its result, which later lines make worse".to_string(),
+    };
+    charge
 }
 
 /// The ranges of the outputs of a trace.

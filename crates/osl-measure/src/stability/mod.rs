@@ -2,8 +2,8 @@
 //!
 //! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
 //! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results. `blame`
-//! follows the error of single points back to the instructions that made it; `lines` sums this up by source
-//! line. `fix` rewrites the lines to blame and proves what that is worth. This module must not know the
+//! follows the error of single points back to the instructions that made it, and `pairs` finds the
+//! instruction that magnifies it on the way; `lines` sums this up by source line. `fix` rewrites the lines to blame and proves what that is worth. This module must not know the
 //! command line; [`text`] and [`html`] format a [`Report`].
 
 mod blame;
@@ -13,6 +13,7 @@ pub mod fix;
 pub mod html;
 mod jumps;
 mod lines;
+mod pairs;
 mod subject;
 mod sweep;
 pub mod text;
@@ -20,6 +21,7 @@ pub mod text;
 pub use blame::{Blame, Place};
 pub use examine::{Examined, Knob, examine, examine_given};
 pub use lines::{Culprit, Found, culprits};
+pub use pairs::Partner;
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};
 pub use sweep::{Finding, Outcome, Setting, Trial, measure};
 

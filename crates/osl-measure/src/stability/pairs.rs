@@ -1,0 +1,139 @@
+//! Pairs of instructions: one rounds, and a later one magnifies this rounding.
+//!
+//! The error of an output is followed from the output back to the roundings that made it. On the way, each
+//! part of the error remembers the instruction that magnifies it the most. Where parts with different memories
+//! join, the memory of the largest part counts. This module must not know how errors are split into parts.
+
+use super::blame::{Blame, Place};
+use crate::trace::NodeId;
+use osl_ir::Span;
+use osl_syntax::source::SourceMap;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Instructions with smaller factors pass an error on rather than magnify it.
+const NOTABLE: f64 = 8.0;
+
+/// An instruction that magnifies, and its factor; infinite for a jump.
+type Magnifier = (NodeId, f64);
+
+/// What each node of a trace has on the path from it to the outputs.
+pub(super) struct Paths {
+    /// The instruction that magnifies the most, and the part of the error that goes to it.
+    nodes: Vec<(Option<Magnifier>, f64)>,
+}
+
+impl Paths {
+    /// The paths of a trace with this number of nodes.
+    pub(super) fn new(nodes: usize) -> Paths {
+        Paths { nodes: vec![(None, 0.0); nodes] }
+    }
+
+    /// The instruction after a node that magnifies its error the most.
+    pub(super) fn magnifier(&self, id: usize) -> Option<NodeId> {
+        Some(self.nodes.get(id)?.0?.0)
+    }
+
+    /// Tells the arguments of a node what magnifies the parts of the error that come from them.
+    pub(super) fn pass_on(&mut self, id: usize, blame: &Blame, args: &[NodeId], parts: &[f64]) {
+        let after = self.nodes.get(id).and_then(|node| node.0);
+        let factor = match blame.amplified > 0.0 {
+            true if blame.flips > 0 => f64::INFINITY,
+            true => blame.factor,
+            false => 0.0,
+        };
+        let is_more = factor >= NOTABLE && after.is_none_or(|(_, most)| factor > most);
+        let magnifier = if is_more { Some((id as NodeId, factor)) } else { after };
+        for (arg, part) in args.iter().zip(parts) {
+            if let Some(node) = self.nodes.get_mut(*arg as usize).filter(|node| *part > node.1) {
+                *node = (magnifier, *part);
+            }
+        }
+    }
+}
+
+/// The pairs of all followed points, with the error that came through each as a share of the output's range.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pairs {
+    /// By the instruction that magnifies, then by the one that rounds.
+    found: BTreeMap<(Place, Place), f64>,
+}
+
+/// One instruction of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    /// The one that magnifies.
+    Magnifies,
+    /// The one whose rounding is magnified.
+    Rounds,
+}
+
+/// The other line of a pair of lines.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Partner {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The text of its instruction.
+    pub code: String,
+    /// The instruction.
+    #[serde(skip)]
+    pub place: Place,
+}
+
+impl Pairs {
+    pub(super) fn add(&mut self, magnifies: Place, rounds: Place, error: f64) {
+        if error > 0.0 {
+            *self.found.entry((magnifies, rounds)).or_default() += error;
+        }
+    }
+
+    pub(super) fn merge(&mut self, other: Pairs) {
+        for ((magnifies, rounds), error) in other.found {
+            self.add(magnifies, rounds, error);
+        }
+    }
+
+    /// The partner of an instruction on one side, if at least half of the error of its pairs has to do with
+    /// one line. Its instruction is the one of that line with the largest part.
+    pub(super) fn partner(&self, side: Side, of: &Place, sources: &SourceMap) -> Option<Partner> {
+        let mut lines: BTreeMap<(String, u32), (f64, f64, &Place)> = BTreeMap::new();
+        let mut all = 0.0;
+        for ((magnifies, rounds), error) in &self.found {
+            let (own, other) = if side == Side::Rounds { (magnifies, rounds) } else { (rounds, magnifies) };
+            if own != of {
+                continue;
+            }
+            all += error;
+            let Some(at) = sources.place(other.span).filter(|_| other.span != Span::default()) else {
+                continue;
+            };
+            let line = lines.entry((at.file, at.line)).or_insert((0.0, 0.0, other));
+            line.0 += error;
+            if *error > line.1 {
+                (line.1, line.2) = (*error, other);
+            }
+        }
+        let largest = lines.into_iter().max_by(|a, b| a.1.0.total_cmp(&b.1.0).then(b.0.cmp(&a.0)));
+        let ((file, line), (error, _, place)) = largest?;
+        let code = sources.text(place.span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let code = code.chars().take(CODE).collect();
+        (error >= 0.5 * all).then(|| Partner { file, line, code, place: place.clone() })
+    }
+}
+
+/// Characters of a partner's text that are kept.
+const CODE: usize = 40;
+
+impl Partner {
+    /// The partner as the noun of a sentence about another instruction.
+    pub(super) fn words(&self, of: &Place, sources: &SourceMap) -> String {
+        let Partner { file, line, code, .. } = self;
+        match sources.place(of.span) {
+            Some(at) if (&at.file, at.line) == (file, *line) => format!("`{code}` in the same line"),
+            Some(at) if at.file == *file => format!("line {line}"),
+            _ => format!("line {line} of {file}"),
+        }
+    }
+}
