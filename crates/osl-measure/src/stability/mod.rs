@@ -3,8 +3,9 @@
 //! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
 //! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results. `blame`
 //! follows the error of single points back to the instructions that made it, and `pairs` finds the
-//! instruction that magnifies it on the way; `lines` sums this up by source line. `fix` rewrites the lines to blame and proves what that is worth. This module must not know the
-//! command line; [`text`] and [`html`] format a [`Report`].
+//! instruction that magnifies it on the way; `lines` sums this up by source line. `fix` rewrites the lines to
+//! blame and proves what that is worth. This module must not know the command line; [`text`] and [`html`]
+//! format a [`Report`].
 
 mod blame;
 pub(crate) mod cost;

@@ -6,8 +6,8 @@ use diffy::DiffOptions;
 /// Lines of context around a change.
 const CONTEXT: usize = 2;
 
-/// The change of a file called `name` from `before` to `after`. `what` says what changed the file, and follows
-/// the name of its new form.
+/// The change of a file called `name` from `before` to `after`. `what` says what changed the file, and
+/// follows the name of its new form.
 pub(super) fn unified(name: &str, (before, after): (&str, &str), what: &str) -> String {
     let mut options = DiffOptions::new();
     options.set_context_len(CONTEXT);
