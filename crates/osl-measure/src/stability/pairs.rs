@@ -2,7 +2,8 @@
 //!
 //! The error of an output is followed from the output back to the roundings that made it. On the way, each
 //! part of the error remembers the instruction that magnifies it the most. Where parts with different
-//! memories join, the memory of the largest part counts. This module must not know how errors are split into parts.
+//! memories join, the memory of the largest part counts. This module must not know how errors are split into
+//! parts.
 
 use super::blame::{Blame, Place};
 use crate::trace::NodeId;
