@@ -12,7 +12,9 @@ mod unix {
     /// Waits for a signal in a separate thread, where all calls are allowed. The handlers are there when this
     /// function returns, so a part file that is made later does not outlive a signal.
     pub(crate) fn watch() {
-        let heard: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal)).collect();
+        let ignored = ignored();
+        let heard = [SIGINT, SIGTERM].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
+        let heard: Vec<i32> = heard.collect();
         let (registered, is_registered) = std::sync::mpsc::channel();
         let work = move || {
             let signals = Signals::new(heard);
@@ -29,13 +31,13 @@ mod unix {
         }
     }
 
-    /// Whether the parent process has set the signal to be ignored, as shells do for background commands.
-    fn is_ignored(signal: i32) -> bool {
+    /// The signals that the parent process has set to be ignored, as shells do for background commands: the
+    /// bit of signal n is n - 1.
+    fn ignored() -> u64 {
         let status = osl_files::open_named(std::path::Path::new("/proc/self/status"));
-        let Ok(text) = status.and_then(|file| file.text(1 << 16)) else { return false };
+        let Ok(text) = status.and_then(|file| file.text(1 << 16)) else { return 0 };
         let mask = text.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-        mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
-            .is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+        mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
     }
 }
 

@@ -23,7 +23,8 @@ use super::studio::StudioArgs;
 use super::tradeoff::TradeoffArgs;
 use super::watch::WatchArgs;
 use super::{args, version};
-use clap::{Parser, Subcommand};
+use clap::{Args, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
 
 /// Compile and run Open Shading Language files on the CPU.
 #[derive(Debug, Parser)]
@@ -32,6 +33,14 @@ pub(super) struct Cli {
     /// A command other than running a shader.
     #[command(subcommand)]
     pub(super) command: Option<Command>,
+    /// Running a shader.
+    #[command(flatten)]
+    pub(super) run: Running,
+}
+
+/// The options of a run.
+#[derive(Debug, Args)]
+pub(super) struct Running {
     /// Running a shader.
     #[command(flatten)]
     pub(super) run: RunArgs,
@@ -48,6 +57,22 @@ pub(super) struct Cli {
     /// errors and warnings; with --stats, --histogram and --profile also their tables.
     #[arg(long, help_heading = args::heading::MESSAGES)]
     pub(super) json: bool,
+}
+
+impl Running {
+    /// The options of a run, if the command line is one, without an error and without a command.
+    ///
+    /// Describing the options of all commands takes longer than compiling a shader, so that a run describes
+    /// only its own. Every other line, also one with an error, is left to [`Cli`].
+    pub(super) fn alone(args: &[OsString]) -> Option<Running> {
+        let first = args.get(1)?.to_str()?;
+        if first == "help" || Command::has_subcommand(first) {
+            return None;
+        }
+        let command = Running::augment_args(clap::Command::new("oslrun")).disable_version_flag(true);
+        let found = command.try_get_matches_from(args).ok()?;
+        Running::from_arg_matches(&found).ok()
+    }
 }
 
 /// The commands other than running a shader.
@@ -94,4 +119,47 @@ pub(super) enum Command {
     Completions(CompletionArgs),
     /// Print the manual page of oslrun, or of one of its commands.
     Man(ManArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(line: &str) -> Vec<OsString> {
+        line.split(' ').map(OsString::from).collect()
+    }
+
+    #[test]
+    fn a_run_is_read_alike_with_and_without_the_commands() {
+        let lines = [
+            "oslrun a.osl",
+            "oslrun a.osl -g 4x4 -o a.png --stats -p radius=2 --outputs f",
+            "oslrun --stats check",
+            "oslrun --json help",
+            "oslrun -- check",
+            "oslrun a.osl --time 1:2 --frames 3 -o a.#.png",
+            "oslrun a.osl --watch --json --preview -o a.png",
+            "oslrun a.osl --isa none",
+            "oslrun a.osl b.osl",
+            "oslrun a.osl check",
+            "oslrun --stats",
+            "oslrun",
+        ];
+        for line in lines.map(words) {
+            let alone = Running::alone(&line);
+            let all = Cli::try_parse_from(&line).ok();
+            assert!(all.as_ref().is_none_or(|all| all.command.is_none()), "{line:?}");
+            let all = all.map(|all| all.run);
+            assert_eq!(format!("{alone:?}"), format!("{all:?}"), "{line:?}");
+        }
+    }
+
+    #[test]
+    fn commands_questions_and_errors_are_left_to_the_whole_command_line() {
+        let lines =
+            ["oslrun check a.osl", "oslrun help", "oslrun --help", "oslrun -V", "oslrun a.osl --colour"];
+        for line in lines {
+            assert!(Running::alone(&words(line)).is_none(), "{line}");
+        }
+    }
 }

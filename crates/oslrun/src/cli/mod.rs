@@ -73,7 +73,7 @@ mod within;
 mod words;
 
 use clap::FromArgMatches;
-use commands::{Cli, Command};
+use commands::{Cli, Command, Running};
 use osl_syntax::escape::shown;
 use std::ffi::OsString;
 use std::io::Write;
@@ -147,6 +147,9 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         let _ = writeln!(err, "error: {}", shown(&text));
         return 2;
     }
+    if let Some(running) = Running::alone(&args) {
+        return exit_code(run_shader(running, &args, out, err), err);
+    }
     let parsed = idle::command_line().try_get_matches_from(&args);
     if let Some(text) = parsed.as_ref().ok().and_then(idle::refused) {
         let _ = writeln!(err, "error: {}", shown(&text));
@@ -192,12 +195,25 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         }
         (Some(Command::Completions(args)), _) => pages::completions(&args, out),
         (Some(Command::Man(args)), _) => pages::man(&args, out),
-        (None, mut run) => {
-            run.command = words::text(&args, run.file.as_deref());
-            let more = (&cli.frames, &cli.preview, cli.json);
-            watch::run(&run, &cli.watch, more, out, err)
-        }
+        (None, running) => run_shader(running, &args, out, err),
     };
+    exit_code(result, err)
+}
+
+/// Runs a shader.
+fn run_shader(
+    running: Running,
+    args: &[OsString],
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    let Running { mut run, frames, watch, preview, json } = running;
+    run.command = words::text(args, run.file.as_deref());
+    watch::run(&run, &watch, (&frames, &preview, json), out, err)
+}
+
+/// The exit code for a result, whose error is reported.
+fn exit_code(result: Result<(), Failure>, err: &mut dyn Write) -> u8 {
     match result {
         Ok(()) => 0,
         Err(Failure { text, code, .. }) => {

@@ -166,7 +166,7 @@ mod tests {
         std::fs::write(path("s.osl"), GOOD).unwrap();
         let (file, picture) = (path("s.osl").display().to_string(), path("s.png").display().to_string());
         let words = ["oslrun", &file, "-g", "4x4", "-o", &picture];
-        let cli = Cli::parse_from(words.iter().chain(more));
+        let cli = Cli::parse_from(words.iter().chain(more)).run;
         let (mut out, mut err, mut pictures, mut at) = (Vec::new(), Vec::new(), Vec::new(), 0);
         // Two looks without a change follow each step: the first one finds it, the next one sees it rest.
         let wait = || {
