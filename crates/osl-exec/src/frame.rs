@@ -109,6 +109,13 @@ impl Frame {
         }
     }
 
+    /// Makes room for the results of so many points in all.
+    pub fn reserve(&mut self, points: usize) {
+        for plane in &mut self.planes {
+            plane.words.reserve(points);
+        }
+    }
+
     /// The messages as text, each once, with a flag for errors; `place` names a source location.
     pub fn said(&self, place: impl Fn(osl_ir::Span) -> String) -> Vec<(bool, String)> {
         let mut seen = rustc_hash::FxHashSet::default();

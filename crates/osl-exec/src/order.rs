@@ -118,7 +118,11 @@ impl Blocks {
                 let from = &words[done + at..done + at + count];
                 if let Some(to) = rows.get_mut(corner + y * self.width + x..).and_then(|r| r.get_mut(..count))
                 {
-                    to.copy_from_slice(from);
+                    // Most rows are as long as a block is wide, which takes no call.
+                    match (to.as_chunks_mut::<SIDE>().0, from.as_chunks::<SIDE>().0) {
+                        ([to], [from]) if count == SIDE => *to = *from,
+                        _ => to.copy_from_slice(from),
+                    }
                 }
                 at += count;
             }

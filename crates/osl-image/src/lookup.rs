@@ -101,7 +101,8 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         }
         let ellipse = Ellipse::new(footprint, width, blur);
         let (blend, ellipse) = levels_for(self.texture, ellipse);
-        let natural = footprint.natural_size();
+        // Nothing depends on it in the finest level.
+        let natural = if blend == LevelBlend::FINEST { (0, 0) } else { footprint.natural_size() };
         let levels = (self.level(blend.finer, natural), self.level(blend.coarser, natural));
         let blended = |s, t| blended::<DERIVS>(&levels, blend.share_of_coarser, s, t);
         let probes = ellipse.probes();

@@ -5,6 +5,8 @@ use serde::Serialize;
 
 /// Values that are looked at side by side, so that the processor need not wait for one to take the next.
 const LANES: usize = 8;
+/// Rows of lanes that stay in the cache from one loop to the next.
+const TOGETHER: usize = 512;
 
 /// Smallest, largest and mean value of a component. An infinity or NaN is `null` in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -28,27 +30,41 @@ impl Default for Range {
 impl Range {
     /// Adds values.
     pub fn add(&mut self, values: &[f32]) {
-        let mut lanes = [(0.0f64, f32::INFINITY, f32::NEG_INFINITY); LANES];
+        let mut sums = [0.0_f64; LANES];
+        let (mut least, mut most) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
         let (parts, rest) = values.as_chunks::<LANES>();
-        for part in parts {
-            lanes.iter_mut().zip(part).for_each(take);
+        // Each inner loop is one of vectors; in a common loop, the compiler mixes their lanes.
+        for some in parts.chunks(TOGETHER) {
+            for part in some {
+                sums.iter_mut().zip(part).for_each(|(sum, value)| *sum += f64::from(*value));
+            }
+            for part in some {
+                least.iter_mut().zip(part).for_each(smaller);
+            }
+            for part in some {
+                most.iter_mut().zip(part).for_each(larger);
+            }
         }
-        lanes.iter_mut().zip(rest).for_each(take);
+        sums.iter_mut().zip(rest).for_each(|(sum, value)| *sum += f64::from(*value));
+        least.iter_mut().zip(rest).for_each(smaller);
+        most.iter_mut().zip(rest).for_each(larger);
         let before = self.count as f64;
         self.count += values.len();
-        let sum: f64 = lanes.iter().map(|lane| lane.0).sum();
+        let sum: f64 = sums.iter().sum();
         self.mean = (self.mean * before + sum) / self.count.max(1) as f64;
-        self.min = lanes.iter().fold(self.min, |min, lane| min.min(lane.1));
-        self.max = lanes.iter().fold(self.max, |max, lane| max.max(lane.2));
+        self.min = least.into_iter().fold(self.min, f32::min);
+        self.max = most.into_iter().fold(self.max, f32::max);
     }
 }
 
-/// Adds a value to the sum, the smallest and the largest value of a lane. A comparison with NaN is false, so
-/// NaN is never the smallest or the largest.
-fn take(((sum, min, max), value): (&mut (f64, f32, f32), &f32)) {
-    *sum += f64::from(*value);
-    *min = if *value < *min { *value } else { *min };
-    *max = if *value > *max { *value } else { *max };
+/// The smaller of two values. A comparison with NaN is false, so NaN is never the smallest.
+fn smaller((least, value): (&mut f32, &f32)) {
+    *least = if *value < *least { *value } else { *least };
+}
+
+/// The larger of two values; see [`smaller`].
+fn larger((most, value): (&mut f32, &f32)) {
+    *most = if *value > *most { *value } else { *most };
 }
 
 #[cfg(test)]

@@ -130,7 +130,7 @@ impl Encoder for Avx2 {
 
     fn work(op: Op) -> (usize, usize) {
         match op {
-            Op::Unary(Unary::InverseRoot) => (2, 0),
+            Op::Unary(Unary::InverseRoot | Unary::HighProduct(_)) => (2, 0),
             // The first operand of "less" is the last one of its instruction.
             Op::IntCompare(IntCompare::Less) => (1, 0),
             Op::LookUp(..) => (3, 0),
@@ -168,6 +168,9 @@ impl Encoder for Avx2 {
         match (op, args) {
             (Op::Unary(Unary::InverseRoot), [x]) => {
                 rare::inverse_root(&mut self.code, Ymm(x.number()), [0, 1].map(vectors));
+            }
+            (Op::Unary(Unary::HighProduct(factor)), [x]) => {
+                rare::high_product(&mut self.code, (Ymm(x.number()), factor), [0, 1].map(vectors));
             }
             (Op::Length, &[root, square, x, y, z]) => {
                 let [root, square, x, y, z] = [root, square, x, y, z].map(|arg| Ymm(arg.number()));
@@ -272,6 +275,7 @@ fn unary(op: Unary) -> (Opcode, Option<u8>) {
         Unary::ToFloat => (name::VCVTDQ2PS, None),
         Unary::ToInt => (name::VCVTTPS2DQ, None),
         Unary::IntAbs => (name::VPABSD, None),
+        Unary::HighProduct(_) => (name::VPMULDQ, None),
     }
 }
 

@@ -73,6 +73,7 @@ impl Encoder for Avx512 {
     fn work(op: Op) -> (usize, usize) {
         match op {
             Op::Unary(Unary::InverseRoot) => (3, 2),
+            Op::Unary(Unary::HighProduct(_)) => (2, 0),
             Op::Length => (5, 2),
             Op::Gather(..) => (1, 1),
             _ => (0, 0),
@@ -125,6 +126,12 @@ impl Encoder for Avx512 {
                     let work = [a, b, c].map(|z| Zmm(z.number()));
                     let masks = [low, high].map(|k| K(k.number()));
                     rare::inverse_root(&mut self.code, Zmm(x.number()), work, masks);
+                }
+            }
+            (Op::Unary(Unary::HighProduct(factor)), [x]) => {
+                if let &[to, even] = work.vectors {
+                    let work = [to, even].map(|z| Zmm(z.number()));
+                    rare::high_product(&mut self.code, (Zmm(x.number()), factor), work);
                 }
             }
             (Op::Length, &[root, square, x, y, z]) => {
@@ -232,6 +239,7 @@ fn unary(op: Unary) -> (Opcode, Option<u8>) {
         Unary::ToFloat => (name::VCVTDQ2PS, None),
         Unary::ToInt => (name::VCVTTPS2DQ, None),
         Unary::IntAbs => (name::VPABSD, None),
+        Unary::HighProduct(_) => (name::VPMULDQ, None),
     }
 }
 

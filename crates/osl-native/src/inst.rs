@@ -80,6 +80,8 @@ pub enum Unary {
     ToInt,
     /// The absolute value of an int.
     IntAbs,
+    /// The upper half of the product, of 64 bits, of an int and this one.
+    HighProduct(i32),
 }
 
 /// A comparison of floats. Those that end in `OrNan` are true for NaN.

@@ -118,6 +118,7 @@ pub fn unary(op: Unary, a: u32) -> u32 {
             if fits { x as i32 as u32 } else { i32::MIN as u32 }
         }
         Unary::IntAbs => (a as i32).unsigned_abs(),
+        Unary::HighProduct(factor) => ((i64::from(a as i32) * i64::from(factor)) >> 32) as u32,
     }
 }
 

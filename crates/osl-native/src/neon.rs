@@ -56,6 +56,7 @@ impl Neon {
             Unary::ToFloat => name::SCVTF,
             Unary::IntAbs => name::ABS,
             Unary::InverseRoot => return steps::inverse_root(&mut self.code, to, x),
+            Unary::HighProduct(factor) => return steps::high_product(&mut self.code, to, x, factor),
             Unary::ToInt => return steps::to_int(&mut self.code, to, x),
         };
         self.code.two(name, to, x);

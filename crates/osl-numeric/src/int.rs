@@ -8,7 +8,13 @@ use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, BitXor, Not};
 
 /// The truth of a condition.
-pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
+pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// The truth, if it is known, so that a body may branch where only one side is worth computing. `None`
+    /// for a body that is recorded, whose code has to compute both sides.
+    fn known(self) -> Option<bool> {
+        None
+    }
+}
 
 /// An integer of 32 bits. Sums, differences and products are modulo 2^32.
 pub trait Int:

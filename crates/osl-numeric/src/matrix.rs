@@ -4,6 +4,7 @@
 //! module must not know the names of coordinate systems.
 
 use super::geometry::{Triple, select};
+use super::int::Mask;
 use super::real::Real;
 
 /// Sixteen numbers, row by row.
@@ -70,25 +71,32 @@ pub fn determinant<R: Real>(m: Matrix<R>) -> R {
 /// The inverse; the identity if there is none.
 ///
 /// A matrix with the last column (0, 0, 0, 1) is inverted by cofactors of its upper left part, any other by
-/// elimination; both are computed. A quotient that would overflow counts as singular.
+/// elimination. If it is not known which it is, both are computed. A quotient that would overflow counts as
+/// singular.
 #[inline(always)]
 pub fn inverse<R: Real>(m: Matrix<R>) -> Matrix<R> {
     let zero = R::lit(0.0);
     let is_affine = m[3].eq(zero) & m[7].eq(zero) & m[11].eq(zero) & m[15].eq(R::lit(1.0));
-    let (affine, is_invertible) = inverse_affine(&m);
-    let (general, is_regular) = inverse_by_elimination(m);
-    let mut inverse = diagonal(R::lit(1.0));
-    for at in 0..16 {
-        let other = R::select(is_regular, general[at], inverse[at]);
-        let own = R::select(is_invertible, affine[at], inverse[at]);
-        inverse[at] = R::select(is_affine, own, other);
+    match is_affine.known() {
+        Some(true) => inverse_affine(&m),
+        Some(false) => inverse_by_elimination(m),
+        None => {
+            let (affine, general) = (inverse_affine(&m), inverse_by_elimination(m));
+            std::array::from_fn(|at| R::select(is_affine, affine[at], general[at]))
+        }
     }
-    inverse
 }
 
-/// The inverse of a matrix with last column (0, 0, 0, 1), and whether there is one.
+/// A matrix, or the identity if the mask is false.
 #[inline(always)]
-fn inverse_affine<R: Real>(m: &Matrix<R>) -> (Matrix<R>, R::Mask) {
+fn if_regular<R: Real>(is_regular: R::Mask, m: Matrix<R>) -> Matrix<R> {
+    let identity = diagonal(R::lit(1.0));
+    std::array::from_fn(|at| R::select(is_regular, m[at], identity[at]))
+}
+
+/// The inverse of a matrix with last column (0, 0, 0, 1); the identity if there is none.
+#[inline(always)]
+fn inverse_affine<R: Real>(m: &Matrix<R>) -> Matrix<R> {
     let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
     let adjugate = [
         [minor(5, 10, 9, 6), minor(9, 2, 1, 10), minor(1, 6, 5, 2)],
@@ -115,13 +123,13 @@ fn inverse_affine<R: Real>(m: &Matrix<R>) -> (Matrix<R>, R::Mask) {
         }
         inverse[12 + column] = -m[12] * part[0] - m[13] * part[1] - m[14] * part[2];
     }
-    (inverse, is_invertible)
+    if_regular(is_invertible, inverse)
 }
 
-/// The inverse by Gauss-Jordan elimination, with the largest element of each column as pivot; and whether
-/// there is one.
+/// The inverse by Gauss-Jordan elimination, with the largest element of each column as pivot; the identity if
+/// there is none.
 #[inline(always)]
-fn inverse_by_elimination<R: Real>(m: Matrix<R>) -> (Matrix<R>, R::Mask) {
+fn inverse_by_elimination<R: Real>(m: Matrix<R>) -> Matrix<R> {
     let mut left = m;
     let mut right = diagonal(R::lit(1.0));
     let mut is_regular = !R::lit(0.0).ne(R::lit(0.0));
@@ -146,7 +154,7 @@ fn inverse_by_elimination<R: Real>(m: Matrix<R>) -> (Matrix<R>, R::Mask) {
             subtract_row(&mut right, row, column, factor);
         }
     }
-    (right, is_regular)
+    if_regular(is_regular, right)
 }
 
 /// Exchanges a row with the first of the rows from it on that have the largest magnitude in its column.
@@ -160,6 +168,17 @@ fn take_pivot<R: Real>(left: &mut Matrix<R>, right: &mut Matrix<R>, column: usiz
         let magnitude = left[4 * row + column].abs();
         is_larger[row] = magnitude.gt(largest);
         largest = R::select(is_larger[row], magnitude, largest);
+    }
+    // A lane alone exchanges the rows, or nothing; selections cost it more than a jump.
+    if never.known().is_some() {
+        let row = (column + 1..4).rev().find(|row| is_larger[*row].known() == Some(true));
+        if let Some(row) = row {
+            for at in 0..4 {
+                left.swap(4 * column + at, 4 * row + at);
+                right.swap(4 * column + at, 4 * row + at);
+            }
+        }
+        return;
     }
     let mut is_pivot = is_larger;
     let mut is_last = !never;

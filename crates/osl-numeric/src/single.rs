@@ -7,7 +7,12 @@ use super::int::{Int, Mask};
 use super::real::{Number, Real, Scalar, Single};
 use super::{geometry, rounding, strict};
 
-impl Mask for bool {}
+impl Mask for bool {
+    #[inline(always)]
+    fn known(self) -> Option<bool> {
+        Some(self)
+    }
+}
 
 impl Int for i32 {
     type Mask = bool;

@@ -30,10 +30,29 @@ impl Words {
         Words(pages.map_or_else(|| Memory::Own(vec![0; count]), |pages| Memory::Pages(pages, count)))
     }
 
+    /// Makes room for so many words in all, so that they can be appended where they stay.
+    pub fn reserve(&mut self, count: usize) {
+        let bytes = count.saturating_mul(size_of::<u32>());
+        if let Some(mut pages) = (bytes >= LEAST).then(|| pages(bytes)).flatten() {
+            let have = self.len();
+            if let Some(room) = pages.get_mut(..have * size_of::<u32>()) {
+                room.copy_from_slice(bytemuck::cast_slice(self));
+                self.0 = Memory::Pages(pages, have);
+            }
+        }
+    }
+
     /// Appends words.
     pub fn append(&mut self, more: &[u32]) {
         match &mut self.0 {
             Memory::Own(own) => own.extend(more),
+            Memory::Pages(pages, count) if pages.len() / size_of::<u32>() - *count >= more.len() => {
+                let bytes = *count * size_of::<u32>();
+                if let Some(room) = pages.get_mut(bytes..bytes + size_of_val(more)) {
+                    room.copy_from_slice(bytemuck::cast_slice(more));
+                    *count += more.len();
+                }
+            }
             Memory::Pages(..) => {
                 let mut own = Vec::with_capacity(self.len() + more.len());
                 own.extend_from_slice(self);
@@ -156,6 +175,11 @@ mod tests {
             assert_eq!((words.len(), words.last()), (count + 1, Some(&9)));
             assert_eq!(copy, words);
             assert_eq!(words.as_floats().len(), count + 1);
+            copy.reserve(count + PAGE);
+            assert_eq!(copy, words);
+            copy.append(&words);
+            copy.append(&[7]);
+            assert_eq!(copy[..], [&words[..], &words[..], &[7]].concat());
         }
     }
 }

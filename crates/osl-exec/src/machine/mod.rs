@@ -407,13 +407,22 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
 
     /// Writes the words of a value at one lane, or for all lanes if the location is uniform.
     fn set_words(&mut self, out: Operand, lane: usize, words: &[A::Word]) {
-        for (component, word) in words.iter().enumerate().take(out.words as usize) {
-            match out.location {
-                Location::Words(at) => self.words[at as usize + component] = *word,
-                Location::Lanes { reg, component: base, cells } => {
-                    let at = (base as usize + component) * self.width + lane;
-                    self.registers[self.per_cell.register(reg, cells)].words_mut()[at] = *word;
-                }
+        self.set_each(out, lane, words.iter().copied());
+    }
+
+    /// Writes at most as many words as the operand has.
+    #[inline(always)]
+    fn set_each(&mut self, out: Operand, lane: usize, words: impl Iterator<Item = A::Word>) {
+        let words = words.take(out.words as usize);
+        match out.location {
+            Location::Words(at) => {
+                let own = self.words[at as usize..].iter_mut();
+                own.zip(words).for_each(|(to, word)| *to = word);
+            }
+            Location::Lanes { reg, component, cells } => {
+                let own = self.registers[self.per_cell.register(reg, cells)].words_mut();
+                let first = component as usize * self.width + lane;
+                words.enumerate().for_each(|(part, word)| own[first + part * self.width] = word);
             }
         }
     }
@@ -425,9 +434,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
 
     /// Writes floats.
     fn set_floats(&mut self, out: Operand, lane: usize, floats: &[f32]) {
-        for (component, x) in floats.iter().enumerate().take(out.words as usize) {
-            self.set_words(self.part(out, component), lane, &[A::of(*x)]);
-        }
+        self.set_each(out, lane, floats.iter().map(|x| A::of(*x)));
     }
 
     fn set_value(&mut self, out: Operand, lane: usize, value: &Const) {

@@ -127,20 +127,25 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let mut missing = Missing::default();
         let is_shared = self.are_single(values);
         let mut given = Options::default();
-        for (index, lane) in self.lanes(&step.outs, mask).into_iter().enumerate() {
+        let lanes = self.lanes(&step.outs, mask);
+        let (s, t) = (self.singles_at(*s, &lanes), self.singles_at(*t, &lanes));
+        let mut changes = vec![[0.0; 4]; lanes.len()];
+        for (at, deriv) in derivs.iter().enumerate().take(4) {
+            let each = self.singles_at(*deriv, &lanes);
+            changes.iter_mut().zip(each).for_each(|(to, from)| to[at] = from);
+        }
+        for (index, ((lane, deriv), at)) in
+            lanes.into_iter().zip(changes).zip(s.into_iter().zip(t)).enumerate()
+        {
             if index == 0 || !is_shared {
                 given = self.lookup_options(options, values, channels, lane);
             }
-            let float = |m: &Self, o: &Operand| m.single(*o, lane);
-            let at = (float(self, s), float(self, t));
-            let mut deriv = [0.0; 4];
-            deriv.iter_mut().zip(derivs).for_each(|(to, from)| *to = float(self, from));
             self.work.pay(PROBE * probes(deriv));
             let number = self.bits(*name, lane);
             if !self.pay_file(number) {
                 break;
             }
-            let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
+            let (opened, s, t) = self.opened(&mut opened, (number, &given.part), at);
             let [ds_dx, dt_dx, ds_dy, dt_dy] = deriv;
             let footprint = Footprint { ds_dx, dt_dx, ds_dy, dt_dy };
             let sample = opened.map(|texture| {
@@ -329,22 +334,30 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         (number, part): (u32, &Part),
         (s, t): (f32, f32),
     ) -> (Result<&'o Arc<Texture>, &'o Failure>, f32, f32) {
-        let same = |opened: &Opened| opened.number == number && opened.part == *part && !opened.tiled;
-        let (opened, s, t) = match last.take().filter(same) {
-            Some(opened) => (opened, s, t),
-            None => {
-                let name = self.text(number);
-                let textures = &self.services.textures;
-                let tiled = TextureCache::is_tiled(&name);
-                let (loaded, s, t) = textures.tile(&name, part.sub_image(), s, t);
-                let texture = loaded.map_err(|why| {
-                    let hole = tiled && why.is_missing() && !textures.tiles(&name).is_empty();
-                    Failure { name, why, hole }
-                });
-                (Opened { number, part: part.clone(), tiled, texture }, s, t)
-            }
-        };
-        (last.insert(opened).texture.as_ref(), s, t)
+        // It stays where it is, because most lanes only ask whether it is still the same.
+        last.take_if(|opened| opened.number != number || opened.part != *part || opened.tiled);
+        let (mut s, mut t) = (s, t);
+        let opened = last.get_or_insert_with(|| {
+            let name = self.text(number);
+            let textures = &self.services.textures;
+            let tiled = TextureCache::is_tiled(&name);
+            let loaded;
+            (loaded, s, t) = textures.tile(&name, part.sub_image(), s, t);
+            let texture = loaded.map_err(|why| {
+                let hole = tiled && why.is_missing() && !textures.tiles(&name).is_empty();
+                Failure { name, why, hole }
+            });
+            Opened { number, part: part.clone(), tiled, texture }
+        });
+        (opened.texture.as_ref(), s, t)
+    }
+
+    /// The floats of an operand at some lanes, in single precision.
+    fn singles_at(&self, operand: Operand, lanes: &[usize]) -> Vec<f32> {
+        match self.arg(operand) {
+            Arg::Same(words) => vec![A::single(words[0]); lanes.len()],
+            Arg::Each(words) => lanes.iter().map(|lane| A::single(words[*lane])).collect(),
+        }
     }
 
     /// Whether all lanes have the same values.

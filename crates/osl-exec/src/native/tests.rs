@@ -210,9 +210,8 @@ fn other_operations_are_interpreted() {
     assert_eq!(missing(Style::Fast), list);
 }
 
-/// Quotients and remainders of ints, which are made from floats.
-#[test]
-fn ints_divide_as_ints() {
+/// Ints that are hard to divide, or by which to divide is hard.
+fn dividends() -> Vec<u32> {
     let mut state = 0x1357_9BDF;
     let mut list: Vec<u32> = [0, 1, 2, 3, 5, 7, 10, 255, 384, 385].map(|n: i32| n as u32).to_vec();
     for bit in 4..32 {
@@ -222,29 +221,57 @@ fn ints_divide_as_ints() {
     list.extend((0..60).map(|_| word(&mut state, Kind::Int)));
     let negative: Vec<u32> = list.iter().map(|n| n.wrapping_neg()).collect();
     list.extend(negative);
+    list
+}
+
+/// Compares the results of a block for pairs of ints with quotients and remainders.
+fn check_division(case: &mut Case, constant: plan::Constants<'_>, pairs: &[(u32, u32)]) {
+    let op = case.step.op;
+    let waiting = [case.waiting()];
+    let recorded = plan::block(&waiting, constant, shape(Style::Strict, Target::Avx2));
+    let (block, arrays) = recorded.expect("it can be recorded");
+    for some in pairs.chunks(WIDTH) {
+        for (lane, (a, b)) in some.iter().enumerate() {
+            for (register, value) in case.registers[1..].iter_mut().zip([a, b]) {
+                register.words_mut()[lane] = *value;
+            }
+        }
+        let found = case.result(|files| {
+            let mut arrays: Vec<_> = lend(&arrays, files).collect();
+            interpret(&block, &mut arrays, 0..WIDTH).expect("the arrays suit the block");
+        });
+        for ((a, b), found) in some.iter().map(|(a, b)| (*a as i32, *b as i32)).zip(found) {
+            let expected = match (op, b) {
+                (_, 0) => 0,
+                (LaneOp::IDiv, _) => a.wrapping_div(b),
+                _ => a.wrapping_rem(b),
+            };
+            assert_eq!(found as i32, expected, "{op:?} {a} {b}");
+        }
+    }
+}
+
+/// Quotients and remainders of ints, which are made from floats.
+#[test]
+fn ints_divide_as_ints() {
+    let list = dividends();
+    let pairs: Vec<(u32, u32)> = list.iter().flat_map(|a| list.iter().map(|b| (*a, *b))).collect();
     for op in [LaneOp::IDiv, LaneOp::IMod] {
-        let mut case = Case::new(op, 0, false, &mut state);
-        let waiting = [case.waiting()];
-        let recorded = plan::block(&waiting, &|_| None, shape(Style::Strict, Target::Avx2));
-        let (block, arrays) = recorded.expect("it can be recorded");
-        let pairs: Vec<(u32, u32)> = list.iter().flat_map(|a| list.iter().map(|b| (*a, *b))).collect();
-        for some in pairs.chunks(WIDTH) {
-            for (lane, (a, b)) in some.iter().enumerate() {
-                case.registers[1].words_mut()[lane] = *a;
-                case.registers[2].words_mut()[lane] = *b;
-            }
-            let found = case.result(|files| {
-                let mut arrays: Vec<_> = lend(&arrays, files).collect();
-                interpret(&block, &mut arrays, 0..WIDTH).expect("the arrays suit the block");
-            });
-            for ((a, b), found) in some.iter().map(|(a, b)| (*a as i32, *b as i32)).zip(found) {
-                let expected = match (op, b) {
-                    (_, 0) => 0,
-                    (LaneOp::IDiv, _) => a.wrapping_div(b),
-                    _ => a.wrapping_rem(b),
-                };
-                assert_eq!(found as i32, expected, "{op:?} {a} {b}");
-            }
+        check_division(&mut Case::new(op, 0, false, &mut 1), &|_| None, &pairs);
+    }
+}
+
+/// The same by constants, which are made from products.
+#[test]
+fn ints_divide_by_constants() {
+    let list = dividends();
+    let near = |b: u32| [b, b.wrapping_mul(3), b.wrapping_mul(0x0101_0101)];
+    for op in [LaneOp::IDiv, LaneOp::IMod] {
+        for b in list.iter().copied().chain(0..300) {
+            // Where the quotient changes.
+            let edges = near(b).into_iter().flat_map(|n| [n.wrapping_sub(1), n, n.wrapping_add(1)]);
+            let pairs: Vec<(u32, u32)> = list.iter().copied().chain(edges).map(|a| (a, b)).collect();
+            check_division(&mut Case::new(op, 0b10, false, &mut 1), &|_| Some(b), &pairs);
         }
     }
 }

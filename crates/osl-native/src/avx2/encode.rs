@@ -32,6 +32,12 @@ pub(super) mod name {
     pub(in super::super) const VCMPPS: Opcode = opcode(1, NONE, 0xC2);
     pub(in super::super) const VMOVUPS: Opcode = opcode(1, NONE, 0x10);
     pub(in super::super) const VMOVUPS_STORE: Opcode = opcode(1, NONE, 0x11);
+    /// Every odd word, twice.
+    pub(in super::super) const VMOVSHDUP: Opcode = opcode(1, crate::x86::PF3, 0x16);
+    pub(in super::super) const VSHUFPS: Opcode = opcode(1, NONE, 0xC6);
+    pub(in super::super) const VPSHUFD: Opcode = opcode(1, P66, 0x70);
+    /// The products, of 64 bits, of every even word.
+    pub(in super::super) const VPMULDQ: Opcode = opcode(2, P66, 0x28);
     pub(in super::super) const VMOVMSKPS: Opcode = opcode(1, NONE, 0x50);
     pub(in super::super) const VPADDD: Opcode = opcode(1, P66, 0xFE);
     pub(in super::super) const VPSUBD: Opcode = opcode(1, P66, 0xFA);
@@ -197,6 +203,9 @@ mod tests {
         assert_eq!(plain(name::VCVTTPS2DQ, None), "vcvttps2dq ymm1, ymm3");
         assert_eq!(plain(name::VPABSD, None), "vpabsd ymm1, ymm3");
         assert_eq!(plain(name::VMOVUPS, None), "vmovups ymm1, ymm3");
+        assert_eq!(plain(name::VMOVSHDUP, None), "vmovshdup ymm1, ymm3");
+        assert_eq!(plain(name::VPSHUFD, Some(0xD8)), "vpshufd ymm1, ymm3, 0D8h");
+        assert_eq!(both(name::VSHUFPS, Some(0xDD)), "vshufps ymm1, ymm2, ymm3, 0DDh");
         for (to, index, base) in [(1, 3, "rsi"), (9, 13, "r10"), (15, 4, "rax")] {
             let number = NAMES.iter().position(|name| *name == base).map_or(0, |at| at as u8);
             let text = one(|code| code.gather(Ymm(to), Ymm(index), Ymm(7), Mem::At(Gpr(number), 128)));
@@ -212,6 +221,7 @@ mod tests {
             (name::VPADDD, "vpaddd"),
             (name::VPSUBD, "vpsubd"),
             (name::VPMULLD, "vpmulld"),
+            (name::VPMULDQ, "vpmuldq"),
             (name::VPMINSD, "vpminsd"),
             (name::VPMAXSD, "vpmaxsd"),
             (name::VPMINUD, "vpminud"),

@@ -1,4 +1,4 @@
-//! Operations of several instructions: the inverse root, and the length with its seldom taken path, which the
+//! Operations of several instructions: the inverse root, the upper half of a product, and the length with its seldom taken path, which the
 //! code chooses for all lanes of a vector. This module must not know which registers hold which values.
 
 use super::MAGNITUDE;
@@ -9,6 +9,11 @@ use crate::x86::{Assembler, Jump, Mem, Opcode};
 const UNDERFLOWS_BELOW: u32 = 0x0100_0000;
 
 const LESS: u8 = 1;
+
+/// Words 1 and 3 of both operands.
+const UPPER_HALVES: u8 = 0b11_01_11_01;
+/// Words 0, 2, 1 and 3.
+const ALTERNATE: u8 = 0b11_01_10_00;
 
 impl Assembler {
     fn combine(&mut self, op: Opcode, to: Ymm, first: Ymm, last: Ymm) {
@@ -31,6 +36,18 @@ pub(super) fn inverse_root(code: &mut Assembler, x: Ymm, [to, root]: [Ymm; 2]) {
     let one = Rm::Memory(Mem::Pool(code.constant(1.0_f32.to_bits())));
     code.vex(name::VMOVUPS, to, None, one, None);
     code.combine(name::VDIVPS, to, to, root);
+}
+
+/// Computes in `to` the upper halves of the products of the ints in `x` and a factor.
+pub(super) fn high_product(code: &mut Assembler, (x, factor): (Ymm, i32), [to, even]: [Ymm; 2]) {
+    let factor = Rm::Memory(Mem::Pool(code.constant(factor as u32)));
+    // The instruction multiplies every second word, so the others take their places for another.
+    code.vex(name::VMOVSHDUP, to, None, Rm::Ymm(x), None);
+    code.vex(name::VPMULDQ, to, Some(to), factor, None);
+    code.vex(name::VPMULDQ, even, Some(x), factor, None);
+    // The upper halves of two even and two odd words of each quarter, then in their order.
+    code.vex(name::VSHUFPS, to, Some(even), Rm::Ymm(to), Some(UPPER_HALVES));
+    code.vex(name::VPSHUFD, to, None, Rm::Ymm(to), Some(ALTERNATE));
 }
 
 /// Computes in `to` the length of a vector: `root`, unless its `square` is too small.

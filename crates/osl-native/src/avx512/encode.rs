@@ -29,6 +29,9 @@ pub(super) enum Rm {
 pub(super) mod name {
     use crate::x86::{NONE, Opcode, P66, PF3, opcode};
 
+    /// Marks an instruction on words of 64 bits.
+    const WIDE: u8 = 0x80;
+
     pub(in super::super) const VADDPS: Opcode = opcode(1, NONE, 0x58);
     pub(in super::super) const VMULPS: Opcode = opcode(1, NONE, 0x59);
     pub(in super::super) const VSUBPS: Opcode = opcode(1, NONE, 0x5C);
@@ -37,6 +40,12 @@ pub(super) mod name {
     pub(in super::super) const VSQRTPS: Opcode = opcode(1, NONE, 0x51);
     pub(in super::super) const VCVTDQ2PS: Opcode = opcode(1, NONE, 0x5B);
     pub(in super::super) const VCMPPS: Opcode = opcode(1, NONE, 0xC2);
+    /// Every odd word, twice.
+    pub(in super::super) const VMOVSHDUP: Opcode = opcode(1, PF3, 0x16);
+    pub(in super::super) const VSHUFPS: Opcode = opcode(1, NONE, 0xC6);
+    pub(in super::super) const VPSHUFD: Opcode = opcode(1, P66, 0x70);
+    /// The products, of 64 bits, of every even word.
+    pub(in super::super) const VPMULDQ: Opcode = opcode(2, P66 | WIDE, 0x28);
     pub(in super::super) const VPADDD: Opcode = opcode(1, P66, 0xFE);
     pub(in super::super) const VPSUBD: Opcode = opcode(1, P66, 0xFA);
     pub(in super::super) const VPANDD: Opcode = opcode(1, P66, 0xDB);
@@ -207,6 +216,9 @@ mod tests {
         assert_eq!(plain(name::VCVTTPS2DQ, None), "vcvttps2dq zmm1, zmm3");
         assert_eq!(plain(name::VPABSD, None), "vpabsd zmm1, zmm3");
         assert_eq!(plain(name::VRSQRT14PS, None), "vrsqrt14ps zmm1, zmm3");
+        assert_eq!(plain(name::VMOVSHDUP, None), "vmovshdup zmm1, zmm3");
+        assert_eq!(plain(name::VPSHUFD, Some(0xD8)), "vpshufd zmm1, zmm3, 0D8h");
+        assert_eq!(both(name::VSHUFPS, Some(0xDD)), "vshufps zmm1, zmm2, zmm3, 0DDh");
         assert_eq!(one(|code| code.mask(name::KORTESTW, K(1), None, K(2))), "kortestw k1, k2");
         assert_eq!(one(|code| code.mask(name::KMOVW_LOAD, K(1), None, K(2))), "kmovw k1, k2");
         assert_eq!(one(|code| code.mask(name::KXNORW, K(3), Some(K(1)), K(2))), "kxnorw k3, k1, k2");
@@ -225,6 +237,7 @@ mod tests {
             (name::VPADDD, "vpaddd"),
             (name::VPSUBD, "vpsubd"),
             (name::VPMULLD, "vpmulld"),
+            (name::VPMULDQ, "vpmuldq"),
             (name::VPMINSD, "vpminsd"),
             (name::VPMAXSD, "vpmaxsd"),
             (name::VPMINUD, "vpminud"),

@@ -19,6 +19,11 @@ const UNDERFLOWS_BELOW: u32 = 0x0100_0000;
 const LESS: u8 = 1;
 const NOT_LESS: u8 = 5;
 
+/// Words 1 and 3 of both operands.
+const UPPER_HALVES: u8 = 0b11_01_11_01;
+/// Words 0, 2, 1 and 3.
+const ALTERNATE: u8 = 0b11_01_10_00;
+
 impl Assembler {
     fn operate(&mut self, op: Opcode, to: Zmm, first: Zmm, last: Zmm) {
         self.evex(op, to.0, Some(first), Rm::Zmm(last), K(0), false, None);
@@ -88,6 +93,18 @@ pub(super) fn inverse_root(code: &mut Assembler, x: Zmm, [a, b, c]: [Zmm; 3], [l
     code.fill(a, one);
     code.operate(name::VDIVPS, a, a, b);
     code.land(done);
+}
+
+/// Computes in `to` the upper halves of the products of the ints in `x` and a factor.
+pub(super) fn high_product(code: &mut Assembler, (x, factor): (Zmm, i32), [to, even]: [Zmm; 2]) {
+    // The instruction multiplies every second word, so the others take their places for another.
+    code.fill(even, factor as u32);
+    code.evex(name::VMOVSHDUP, to.0, None, Rm::Zmm(x), K(0), false, None);
+    code.operate(name::VPMULDQ, to, to, even);
+    code.operate(name::VPMULDQ, even, x, even);
+    // The upper halves of two even and two odd words of each quarter, then in their order.
+    code.evex(name::VSHUFPS, to.0, Some(even), Rm::Zmm(to), K(0), false, Some(UPPER_HALVES));
+    code.evex(name::VPSHUFD, to.0, None, Rm::Zmm(to), K(0), false, Some(ALTERNATE));
 }
 
 /// Computes in `to` the length of a vector: `root`, unless its `square` is too small.

@@ -77,6 +77,12 @@ pub(super) mod name {
     /// The bytes of four registers from the first operand on that the bytes of the last select.
     pub(in super::super) const TBL: u32 = 0x4E00_6000;
 
+    /// The products, of 64 bits, of the lower two lanes, and of the upper two.
+    pub(in super::super) const SMULL: u32 = 0x0EA0_C000;
+    pub(in super::super) const SMULL2: u32 = 0x4EA0_C000;
+    /// The odd lanes of both operands.
+    pub(in super::super) const UZP2: u32 = 0x4E80_5800;
+
     pub(in super::super) const FSQRT: u32 = misc(1, 0b10, 0b11111);
     /// Rounding down, up, and toward zero.
     pub(in super::super) const FRINTM: u32 = misc(0, 0b00, 0b11001);
@@ -336,6 +342,9 @@ mod tests {
             (name::BSL, "bsl v1.16b, v2.16b, v3.16b", 0x6E63_1C41),
             (name::BIT, "bit v1.16b, v2.16b, v3.16b", 0x6EA3_1C41),
             (name::BIF, "bif v1.16b, v2.16b, v3.16b", 0x6EE3_1C41),
+            (name::SMULL, "smull v1.2d, v2.2s, v3.2s", 0x0EA3_C041),
+            (name::SMULL2, "smull2 v1.2d, v2.4s, v3.4s", 0x4EA3_C041),
+            (name::UZP2, "uzp2 v1.4s, v2.4s, v3.4s", 0x4E83_5841),
             (name::TBL, "tbl v1.16b, {v2.16b-v5.16b}, v3.16b", 0x4E03_6041),
         ] {
             assert_eq!(words(|code| code.three(op, V(1), V(2), V(3))), [word], "{text}");

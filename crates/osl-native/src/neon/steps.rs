@@ -31,6 +31,16 @@ pub(super) fn to_int(code: &mut Assembler, to: V, x: V) {
     code.two(name::FCVTZS, to, fits);
 }
 
+/// The upper halves of the products of the ints in `x` and a factor.
+pub(super) fn high_product(code: &mut Assembler, to: V, x: V, factor: i32) {
+    let [by, upper, ..] = SPARE;
+    code.constant(by, factor as u32);
+    // The products of the upper two lanes, and of the lower two.
+    code.three(name::SMULL2, upper, x, by);
+    code.three(name::SMULL, to, x, by);
+    code.three(name::UZP2, to, to, upper);
+}
+
 /// The first if it is smaller, else the second. The instruction `fmin` returns NaN if either is NaN.
 pub(super) fn min(code: &mut Assembler, to: V, x: V, y: V) {
     let [smaller, ..] = SPARE;

@@ -211,6 +211,13 @@ impl Machine<'_, '_> {
                 M::Vfmadd213ps => fused(p, old[lane], q, up),
                 M::Vfmadd231ps => fused(p, q, old[lane], up),
                 M::Vfnmadd231ps => fused(p ^ 0x8000_0000, q, old[lane], up),
+                M::Vmovshdup => b[lane | 1],
+                M::Vpshufd => b[quarter(lane, byte)],
+                M::Vshufps => (if lane & 2 == 0 { a } else { b })[quarter(lane, byte)],
+                M::Vpmuldq => {
+                    let [x, y] = [a, b].map(|words| i64::from(words[lane & !1] as i32));
+                    (x * y >> (32 * (lane & 1))) as u32
+                }
                 M::Vpblendmd if mask >> lane & 1 == 0 => p,
                 M::Vpblendmd => q,
                 other => number(other, byte, p, q),
@@ -258,6 +265,11 @@ impl Machine<'_, '_> {
         let x = f64::from(f32::from_bits(x));
         (((1.0 + off / f64::from(1 << 14)) / x.sqrt()) as f32).to_bits()
     }
+}
+
+/// The lane of the same four that two bits of a byte select for a lane.
+fn quarter(lane: usize, byte: u8) -> usize {
+    lane & !3 | usize::from(byte >> (2 * (lane & 3)) & 3)
 }
 
 /// One lane of an instruction that returns words.

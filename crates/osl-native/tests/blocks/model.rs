@@ -22,7 +22,7 @@ pub(crate) const BINARY: [Binary; 16] = [
     Binary::Shr,
 ];
 
-pub(crate) const UNARY: [Unary; 8] = [
+pub(crate) const UNARY: [Unary; 11] = [
     Unary::Sqrt,
     Unary::InverseRoot,
     Unary::Floor,
@@ -31,6 +31,9 @@ pub(crate) const UNARY: [Unary; 8] = [
     Unary::ToFloat,
     Unary::ToInt,
     Unary::IntAbs,
+    Unary::HighProduct(0x6666_6667),
+    Unary::HighProduct(-0x6DB6_DB6D),
+    Unary::HighProduct(i32::MIN),
 ];
 
 pub(crate) const COMPARE: [Compare; 11] = [
@@ -65,7 +68,7 @@ pub(crate) fn unary(op: Unary, a: u32) -> u32 {
     match op {
         // The result for zero is unspecified; NaN means that it is not compared.
         Unary::InverseRoot if a << 1 == 0 => f32::NAN.to_bits(),
-        Unary::ToFloat | Unary::ToInt | Unary::IntAbs => interpret::unary(op, a),
+        Unary::ToFloat | Unary::ToInt | Unary::IntAbs | Unary::HighProduct(_) => interpret::unary(op, a),
         _ => plain(interpret::unary(op, a)),
     }
 }

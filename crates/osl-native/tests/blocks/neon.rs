@@ -147,6 +147,14 @@ impl Machine<'_, '_> {
             assert_eq!(bits(word, 30, 30), 1, "{word:08x}: half of a vector");
             return each(|lane| misc(u, size, bits(word, 12, 16), a[lane]));
         }
+        if is(word, 0xBFE0_FC00, 0x0EA0_C000) {
+            let first = if bits(word, 30, 30) == 1 { 2 } else { 0 };
+            let product = |lane: usize| i64::from(a[first + lane] as i32) * i64::from(b[first + lane] as i32);
+            return each(|lane| (product(lane / 2) >> (32 * (lane & 1))) as u32);
+        }
+        if is(word, 0xFFE0_FC00, 0x4E80_5800) {
+            return [a[1], a[3], b[1], b[3]];
+        }
         if is(word, 0xFFFF_FC00, 0x6EB0_A800) {
             return [a.into_iter().fold(0, u32::max), 0, 0, 0];
         }

@@ -340,6 +340,9 @@ pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broke
     let mut frame = Frame::default();
     for row in (0..height).step_by(step) {
         frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Run)?, &limits.running);
+        if row == 0 && step < height {
+            frame.reserve(width * height);
+        }
     }
     Ok(frame)
 }

@@ -151,9 +151,53 @@ impl<'a> Integer<'a> {
         Integer(record([self.0, other.0], compute, |block, [x, y]| block.binary(op, x, y)))
     }
 
+    /// The quotient by a constant; 0 for 0.
+    fn quotient_by(self, divisor: i32) -> Self {
+        let size = divisor.unsigned_abs();
+        let sign = self.shr(Self::lit(31));
+        let quotient = match size {
+            0 => Self::lit(0),
+            1 => self,
+            // Below zero, a shift rounds away from it.
+            _ if size.is_power_of_two() => {
+                let lacking = sign & Self::lit((size - 1) as i32);
+                self.wrapping_add(lacking).shr(Self::lit(size.trailing_zeros() as i32))
+            }
+            _ => {
+                let (factor, distance) = inverse(size);
+                let product = self.unary(Unary::HighProduct(factor as i32), |x| {
+                    ((i64::from(x) * i64::from(factor as i32)) >> 32) as i32
+                });
+                // As an int, a factor of 2^31 or more is 2^32 smaller.
+                let is_less = factor > i32::MAX as u32;
+                let product = if is_less { product.wrapping_add(self) } else { product };
+                product.shr(Self::lit(distance)).wrapping_sub(sign)
+            }
+        };
+        if divisor < 0 { Self::lit(0).wrapping_sub(quotient) } else { quotient }
+    }
+
     fn compare(self, other: Self, how: IntCompare, compute: impl FnOnce(i32, i32) -> bool) -> Condition<'a> {
         let compute = |[x, y]: [u32; 2]| compute(x as i32, y as i32);
         Condition(record([self.0, other.0], compute, |block, [x, y]| block.compare_ints(how, x, y)))
+    }
+}
+
+/// A factor and a distance: the upper half of a number's product with the factor, shifted right by the
+/// distance, is the quotient by a divisor that is above 2 and no power of two, rounded down; for a number below
+/// zero one less than the quotient (Granlund and Montgomery, "Division by Invariant Integers using
+/// Multiplication", 1994).
+fn inverse(divisor: u32) -> (u32, i32) {
+    let divisor = u64::from(divisor);
+    let mut distance = 0;
+    loop {
+        let power = 1_u64 << (32 + distance);
+        let factor = power / divisor + 1;
+        // What the factor is too large by, times 2^31, must not be larger than the power.
+        if factor * divisor - power <= 2 << distance {
+            return (factor as u32, distance);
+        }
+        distance += 1;
     }
 }
 
@@ -253,7 +297,10 @@ impl<'a> Int for Integer<'a> {
     }
 
     fn quotient(self, divisor: Self) -> Self {
-        // A constant divisor has a constant inverse, and a loop computes that of another one only once.
+        if let Item::Constant(divisor) = divisor.0 {
+            return self.quotient_by(divisor as i32);
+        }
+        // A loop computes the inverse of a divisor that does not change only once.
         let inverse = Float::lit(1.0) / Float::from_int(divisor);
         let about = |x: Self| (Float::from_int(x) * inverse).to_int();
         let left = |x: Self, times: Self| x.wrapping_sub(times.wrapping_mul(divisor));
