@@ -8,7 +8,7 @@
 
 use osl_ir::global::Global;
 use osl_ir::ir::{Body, print, read::read, validate::validate};
-use osl_ir::passes::{self, Options, Pass};
+use osl_ir::passes::{self, Options, Pass, Prefilter};
 use std::path::{Path, PathBuf};
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -34,7 +34,9 @@ fn options(comments: &str) -> Options {
             Some("outputs") => options.outputs = Some(words.map(Into::into).collect()),
             Some("varying") => options.varying = globals(words),
             Some("derivs") => options.derivs = globals(words),
-            Some("prefilter") => options.prefilter = words.next().map(|scale| scale.parse().unwrap()),
+            Some("prefilter") => {
+                options.prefilter = words.next().map(|scale| Prefilter::all(scale.parse().unwrap()));
+            }
             other => panic!("{other:?}"),
         }
     }

@@ -6,7 +6,7 @@
 use osl_hir::resolve::resolve;
 use osl_ir::ir::Body;
 use osl_ir::ir::{Op, print, validate::validate};
-use osl_ir::passes::{self, Options};
+use osl_ir::passes::{self, Options, Prefilter};
 use osl_lower::lower;
 use osl_lower::params::ParamValues;
 use osl_syntax::{NoFiles, parse};
@@ -19,6 +19,7 @@ fn lowered(text: &str) -> Body {
 
 fn passed(text: &str, prefilter: Option<f32>) -> Body {
     let mut body = lowered(text);
+    let prefilter = prefilter.map(Prefilter::all);
     passes::run(&mut body, &Options { prefilter, ..Options::default() });
     validate(&body).unwrap();
     body
@@ -70,4 +71,25 @@ fn what_is_the_same_everywhere_costs_nothing() {
     let text = shader("r = step(0.5, f) * u;");
     let body = passed(&text, Some(1.0));
     assert!(!body.blocks.iter().flat_map(|b| &b.insts).any(|inst| matches!(inst.op, Op::GlobalDeriv(..))));
+}
+
+#[test]
+fn places_that_are_left_alone_stay_as_they_are() {
+    let text = shader("r = step(0.5, u) + (v > 0.2 ? u : v); if (u < 0.3) r += noise(P);");
+    let body = lowered(&text);
+    let options = Options::default();
+    let places = passes::prefilter_places(body.clone(), &options);
+    assert!(places.len() >= 3, "{}", places.len());
+    let with = |left: Vec<passes::Place>| {
+        let mut body = body.clone();
+        let prefilter = Some(Prefilter { scale: 1.0, left });
+        passes::run(&mut body, &Options { prefilter, ..options.clone() });
+        validate(&body).unwrap();
+        print(&body)
+    };
+    assert_eq!(with(places.clone()), print(&passed(&text, None)));
+    let all = with(Vec::new());
+    for (at, place) in places.iter().enumerate() {
+        assert_ne!(with(vec![*place]), all, "place {at}");
+    }
 }

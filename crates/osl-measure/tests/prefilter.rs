@@ -1,4 +1,4 @@
-//! Widened steps compared with means of many samples.
+//! Widened steps compared with means of many samples, and the choice of what is widened.
 
 #![allow(
     clippy::unwrap_used,
@@ -10,8 +10,8 @@
 
 use osl::stages;
 use osl_exec::{PointSource, RunOptions, Services};
-use osl_ir::passes;
-use osl_measure::sample::{Filter, Pattern, Shading};
+use osl_ir::passes::{self, Place, Prefilter};
+use osl_measure::sample::{Filter, Filtered, Pattern, Shading, filtered};
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 
@@ -23,6 +23,7 @@ fn image(text: &str, samples: u32, prefilter: Option<f32>) -> Vec<f32> {
     let checked = stages::check("test.osl", text, &NoFiles, &Options::default());
     let body = stages::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
     let varying = grid.varying().to_vec();
+    let prefilter = prefilter.map(Prefilter::all);
     let options = passes::Options { varying, derivs: Vec::new(), prefilter, ..passes::Options::default() };
     let program = stages::finish(body, &options).program;
     let (services, options) = (Services::default(), RunOptions::default());
@@ -116,4 +117,72 @@ fn a_footprint_of_nothing_changes_nothing() {
         let text = format!("shader s(output float r = 0) {{ {text} }}");
         assert_eq!(image(&text, 1, Some(0.0)), image(&text, 1, None), "{name}");
     }
+}
+
+/// What is decided for a shader on an image of this size.
+fn decided(text: &str, side: usize) -> Filtered {
+    let grid = Grid::new(side, side);
+    let text = format!("shader s(output float r = 0) {{ {text} }}");
+    let checked = stages::check("test.osl", &text, &NoFiles, &Options::default());
+    let body = stages::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
+    let varying = grid.varying().to_vec();
+    let options = passes::Options { varying, derivs: Vec::new(), ..passes::Options::default() };
+    let plain = stages::finish(body.clone(), &options).program;
+    let compile = |left: &[Place]| {
+        let prefilter = Some(Prefilter { scale: 1.0, left: left.to_vec() });
+        stages::finish(body.clone(), &passes::Options { prefilter, ..options.clone() }).program
+    };
+    let (services, run) = (Services::default(), RunOptions::default());
+    let shading = Shading {
+        program: &plain,
+        services: &services,
+        surface: &grid,
+        options: &run,
+        cheaper: None,
+        pattern: Pattern::new(1, 0),
+        filter: Filter::default(),
+    };
+    let places = passes::prefilter_places(body.clone(), &options);
+    let found = filtered(&shading, &places, &compile).unwrap();
+    let again = filtered(&shading, &places, &compile).unwrap();
+    assert_eq!(found.left, again.left, "{text}");
+    found
+}
+
+/// A line that is thinner than a pixel: the change of its distance at one point says nothing of both edges.
+const HAIR: &str = "abs(mod(7.3 * u + 0.7 * v, 1) - 0.5) < 0.003";
+/// A straight edge, whose mean is exact.
+const EDGE: &str = "step(0.43, u + 0.3 * v)";
+
+#[test]
+fn only_what_helps_is_filtered() {
+    for (text, places, kept) in [
+        (format!("r = {EDGE};"), 1, 1),
+        (format!("r = {HAIR};"), 1, 0),
+        (format!("r = 0.5 * {EDGE} + ({HAIR} ? 0.5 : 0);"), 2, 1),
+        ("r = noise(\"cell\", 30 * P);".into(), 0, 0),
+        // Nobody sees a difference.
+        ("r = noise(P);".into(), 1, 0),
+    ] {
+        let found = decided(&text, 96);
+        assert_eq!((found.places, found.kept()), (places, kept), "{text}: {}", found.sentence());
+        assert!(kept == 0 || found.error < 0.9, "{text}: {}", found.sentence());
+    }
+}
+
+#[test]
+fn what_costs_too_much_is_not_filtered() {
+    // The derivatives of three noises in four dimensions take fifty times the time of the noises.
+    let text = "vector w = 0; for (int i = 0; i < 3; i++) w += noise(90 * P + w, i); r = step(0.5, noise(40 * P + w));";
+    let found = decided(text, 64);
+    assert_eq!(found.kept(), 0, "{}", found.sentence());
+}
+
+#[test]
+fn the_decision_is_a_sentence() {
+    let all: Vec<String> = [format!("r = {EDGE};"), "r = noise(P);".into(), "r = u;".into()]
+        .iter()
+        .map(|text| decided(text, 64).sentence())
+        .collect();
+    insta::assert_snapshot!("decisions", all.join("\n"));
 }

@@ -53,6 +53,7 @@ fn made_up() -> Trade {
             front: vec![0, 1, 2],
             pictures: vec![picture(), picture(), picture()],
         }],
+        idle: vec!["`--arithmetic fast` changes nothing here".into()],
     }
 }
 
@@ -106,6 +107,7 @@ fn a_measured_trade_makes_sense() {
         oracle: ("strict".into(), shading),
         // Ends much earlier, except on a busy machine.
         budget: Duration::from_secs(8),
+        idle: Vec::new(),
     })
     .unwrap();
     assert_eq!(trade.outputs.iter().map(|o| &*o.name).collect::<Vec<_>>(), ["r", "c"]);
@@ -154,6 +156,7 @@ fn the_oracle_is_strict_where_that_agrees_with_double_precision() {
             variants,
             oracle: ("f64".into(), double),
             budget: Duration::from_millis(100),
+            idle: Vec::new(),
         };
         assert_eq!(tradeoff(&request).unwrap().oracle, wanted, "{source}");
     }

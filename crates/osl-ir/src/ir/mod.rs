@@ -324,6 +324,14 @@ impl Body {
         self.blocks.iter().any(|block| block.insts.iter().any(cheaper))
     }
 
+    /// Whether there is an operation of which the fast arithmetic may give other bits. Otherwise the program
+    /// is the same in both.
+    pub fn differs_in_fast(&self) -> bool {
+        let differs =
+            |inst: &Inst| matches!(&inst.op, Op::Lane(op, _) if op.precision() != Precision::Strict);
+        self.blocks.iter().any(|block| block.insts.iter().any(differs))
+    }
+
     /// Number of reachable instructions, including nested ones.
     pub fn count(&self) -> usize {
         self.count_block(self.entry)

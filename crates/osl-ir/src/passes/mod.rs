@@ -20,6 +20,7 @@ mod share;
 mod ssa;
 mod unroll;
 
+pub use prefilter::{Place, Prefilter};
 pub use primaries::set_primaries;
 
 use crate::global::Global;
@@ -121,8 +122,8 @@ pub struct Options {
     /// Whether the renderer traces rays. Otherwise no ray hits anything, and nothing is known of the last
     /// ray.
     pub traces: bool,
-    /// Widens steps by this multiple of a pixel's footprint, which changes values: see `prefilter`.
-    pub prefilter: Option<f32>,
+    /// Widens steps by a multiple of a pixel's footprint, which changes values: see `prefilter`.
+    pub prefilter: Option<Prefilter>,
     /// Budgets for compiling.
     pub limits: Limits,
 }
@@ -183,6 +184,21 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
         reports.extend(is_reported.then_some(Report { pass, before, after: count }));
     }
     reports
+}
+
+/// The places of a lowered program that `prefilter` can widen, in the order of the program.
+pub fn prefilter_places(mut body: Body, options: &Options) -> Vec<Place> {
+    body.assumptions.arithmetic = options.arithmetic;
+    if !options.traces {
+        body.assumptions.traces = false;
+        rays::run(&mut body);
+    }
+    let mut run = Run::new(options);
+    let before = Pass::ALL.into_iter().take_while(|pass| *pass != Pass::Derive);
+    for pass in before.filter(|pass| run.includes(*pass)).collect::<Vec<_>>() {
+        one(&mut body, pass, &mut run);
+    }
+    widen(&mut body, &Prefilter::all(1.0), &run)
 }
 
 /// One run of the passes.
@@ -274,8 +290,8 @@ fn settle(body: &mut Body, run: &mut Run<'_>) -> bool {
 
 /// Writes derivatives, and the means of steps if they are requested.
 fn differentiate(body: &mut Body, run: &mut Run<'_>) {
-    if let Some(scale) = run.options.prefilter {
-        prefilter::run(body, scale);
+    if let Some(wanted) = &run.options.prefilter {
+        widen(body, wanted, run);
     }
     // Unneeded code, such as most layers of a large group, must not be differentiated, and must not use up
     // the budget for unrolling. It must not request derivatives either, since that affects bits.
@@ -285,6 +301,14 @@ fn differentiate(body: &mut Body, run: &mut Run<'_>) {
     if derive::run(body) {
         run.fold_again(body);
     }
+}
+
+/// Writes the means of steps. Unneeded code has no places.
+fn widen(body: &mut Body, wanted: &Prefilter, run: &Run<'_>) -> Vec<Place> {
+    if !run.is_off(Pass::Dce) {
+        dce::run(body);
+    }
+    prefilter::run(body, wanted)
 }
 
 /// Drops outputs that are not requested. `dce` then removes the code that computed them.

@@ -9,8 +9,9 @@
 //!
 //! The mean of a sum is the sum of the means, but this does not hold for values that go through another step
 //! or select a cell. So only values that reach the outputs through smooth functions, sums and choices are
-//! widened: the cells of a pattern stay in place. This module must not know the number of samples: the caller
-//! scales the footprint.
+//! widened: the cells of a pattern stay in place. Where a mean is still no help is not known here: the caller
+//! measures it, and names the *places* that are left as they are. This module must not know the number of
+//! samples either: the caller scales the footprint.
 //!
 //! Sources: Norton, Rockwood and Skolmoski 1982 (clamping); Apodaca and Gritz, Advanced RenderMan, 1999,
 //! chapter 11.
@@ -19,21 +20,52 @@ mod gentle;
 
 use super::rewrite::{Code, Rewrite};
 use crate::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, ValueId};
-use rustc_hash::FxHashMap;
+use osl_syntax::span::Span;
+use rustc_hash::{FxHashMap, FxHashSet};
 use smallvec::smallvec;
 
-/// Runs the pass before derivatives are written. Footprints are multiplied by `scale`.
-pub(super) fn run(body: &mut Body, scale: f32) {
+/// What the pass widens.
+#[derive(Clone, Debug, Default)]
+pub struct Prefilter {
+    /// The factor on the footprint of a pixel.
+    pub scale: f32,
+    /// The places that stay as they are.
+    pub left: Vec<Place>,
+}
+
+impl Prefilter {
+    /// Widens all places.
+    pub fn all(scale: f32) -> Prefilter {
+        Prefilter { scale, left: Vec::new() }
+    }
+}
+
+/// An operation that can be widened. The same program with the same options, except for this pass, has the
+/// same places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Its first result.
+    result: ValueId,
+    /// The source location.
+    pub span: Span,
+}
+
+/// Runs the pass before derivatives are written. Returns the places that it met, in the order of the program.
+pub(super) fn run(body: &mut Body, wanted: &Prefilter) -> Vec<Place> {
     let gentle = gentle::find(body);
     let mut writer = Writer {
         code: Code::new(body),
         gentle,
-        scale,
+        scale: wanted.scale,
+        left: wanted.left.iter().map(|place| place.result).collect(),
+        places: Vec::new(),
         shares: FxHashMap::default(),
         zeros: FxHashMap::default(),
     };
     writer.block(writer.code.body.entry);
+    let places = std::mem::take(&mut writer.places);
     writer.code.finish();
+    places
 }
 
 /// Maximum number of operations of both sides of a branch that is always computed.
@@ -50,6 +82,9 @@ struct Writer<'a> {
     /// Values that reach the outputs through smooth functions only.
     gentle: Vec<bool>,
     scale: f32,
+    /// Results of the places that are left alone.
+    left: FxHashSet<ValueId>,
+    places: Vec<Place>,
     /// For truth values, the share of the footprint in which they are true.
     shares: FxHashMap<ValueId, ValueId>,
     /// Int constants that are 0 or 1.
@@ -78,9 +113,11 @@ impl<'a> Rewrite<'a> for Writer<'a> {
                 self.keep(inst);
             }
             Op::Lane(op, args) => {
-                let (op, args, results) = (*op, args.clone(), inst.results.clone());
+                let (op, args, results, span) = (*op, args.clone(), inst.results.clone(), inst.span);
                 self.keep(inst);
-                if let [result] = results[..] {
+                if let [result] = results[..]
+                    && (!self.is_place(op, &args, result) || self.takes(result, span))
+                {
                     self.widen(op, &args, result);
                 }
             }
@@ -103,6 +140,23 @@ impl Writer<'_> {
         let smooth =
             |v: &ValueId| matches!(self.code.body.kind(*v), Kind::Float | Kind::Triple) && self.is_gentle(*v);
         !results.is_empty() && results.iter().all(smooth)
+    }
+
+    /// Whether a single operation can be widened, so that its result is replaced.
+    fn is_place(&self, op: LaneOp, args: &[ValueId], result: ValueId) -> bool {
+        use LaneOp as L;
+        let is_step = match op {
+            L::ToFloat | L::Choose => args.first().is_some_and(|truth| self.shares.contains_key(truth)),
+            L::Step | L::Smoothstep | L::Linearstep => true,
+            _ => false,
+        };
+        is_step && self.worth(&[result])
+    }
+
+    /// Notes a place. Returns whether it is widened.
+    fn takes(&mut self, result: ValueId, span: Span) -> bool {
+        self.places.push(Place { result, span });
+        !self.left.contains(&result)
     }
 
     /// Writes the widened form of an operation after it.
@@ -286,6 +340,10 @@ impl Writer<'_> {
             NoiseField::USimplex => (0.5, SIMPLEX_GONE),
             NoiseField::Cell | NoiseField::Hash => return self.keep(inst),
         };
+        let place = inst.results.first().copied();
+        if !place.is_some_and(|place| self.takes(place, inst.span)) {
+            return self.keep(inst);
+        }
         let coordinates: Vec<ValueId> = args.get(kernel.coordinates()).unwrap_or(&[]).to_vec();
         let results = inst.results.clone();
         self.keep(inst);
@@ -329,7 +387,8 @@ impl Writer<'_> {
         let wanted = self.shares.contains_key(&cond)
             && short.is_some_and(|(a, b)| a + b <= MAX_OPERATIONS)
             && inst.results.iter().any(|r| self.worth(&[*r]) || self.code.body.kind(*r) == Kind::Int);
-        if !wanted {
+        let place = inst.results.first().copied();
+        if !wanted || !place.is_some_and(|place| self.takes(place, inst.span)) {
             return self.keep(inst);
         }
         for side in [then, otherwise] {

@@ -158,6 +158,7 @@ mod tests {
             repeats: 3,
             rows: list.iter().map(row).collect(),
             outputs: Vec::new(),
+            idle: Vec::new(),
         };
         let output = Output {
             name: "r".into(),

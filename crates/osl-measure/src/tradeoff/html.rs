@@ -185,7 +185,8 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
         );
     }
     page.push_str("</table><p>What to take for an error at 999 of 1000 pixels:</p><ul>");
-    for line in advice(trade, output).lines() {
+    let advice = advice(trade, output);
+    for line in advice.lines().chain(trade.idle.iter().map(String::as_str)) {
         let _ = write!(page, "<li>{}</li>", escape(line));
     }
     page.push_str("</ul>");

@@ -115,6 +115,8 @@ pub struct Request<'a> {
     pub oracle: (String, Shading<'a>),
     /// Approximate time budget.
     pub budget: Duration,
+    /// Ways that are not measured, because they change nothing: a sentence for each.
+    pub idle: Vec<String>,
 }
 
 /// The measurements.
@@ -134,6 +136,8 @@ pub struct Trade {
     pub rows: Vec<Row>,
     /// The outputs, each with an error for each row.
     pub outputs: Vec<Output>,
+    /// Ways that were not measured, because they change nothing: a sentence for each.
+    pub idle: Vec<String>,
 }
 
 /// A setting and its times.
@@ -245,6 +249,7 @@ pub fn tradeoff(request: &Request<'_>) -> Result<Trade, RunError> {
         repeats,
         outputs: outputs.collect(),
         rows,
+        idle: request.idle.clone(),
     })
 }
 

@@ -58,6 +58,7 @@ pub fn text(trade: &Trade) -> String {
         "\nWhat to take for an error at 999 of 1000 pixels (`--within TIME` chooses by the time instead):\n",
     );
     trade.outputs.iter().for_each(|output| out.push_str(&advice(trade, output)));
+    trade.idle.iter().for_each(|line| out.extend([line.as_str(), "\n"]));
     out
 }
 

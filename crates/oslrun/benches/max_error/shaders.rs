@@ -3,6 +3,7 @@
 use crate::cases::MORE;
 use osl::stages;
 use osl_exec::{PointSource, Program};
+use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_numeric::Arithmetic;
 use osl_scene::Grid;
@@ -146,14 +147,19 @@ impl Shader {
         format!("{} {:?} {:?} {}", self.text, self.outputs, self.params, self.center)
     }
 
-    pub(crate) fn compile(&self) -> Compiled {
+    /// The program before the passes, and the options of the passes.
+    pub(crate) fn lowered(&self) -> (Body, passes::Options) {
         let params: Vec<(String, String)> =
             self.params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
         let checked = stages::check("shader.osl", &self.text, &NoFiles, &osl_syntax::Options::default());
         let body = stages::lower(&checked.program.expect("a program"), &params).expect("a body");
         let outputs = (!self.outputs.is_empty()).then(|| self.outputs.iter().map(|o| (*o).into()).collect());
         let varying = Grid::new(2, 2).varying().to_vec();
-        let options = passes::Options { outputs, varying, derivs: Vec::new(), ..passes::Options::default() };
+        (body, passes::Options { outputs, varying, derivs: Vec::new(), ..passes::Options::default() })
+    }
+
+    pub(crate) fn compile(&self) -> Compiled {
+        let (body, options) = self.lowered();
         let compiled = stages::finish(body.clone(), &options);
         let fast = compiled.body.is_cheaper_in_fast().then(|| {
             stages::finish(body, &passes::Options { arithmetic: Arithmetic::Fast, ..options }).program

@@ -48,6 +48,7 @@ mod on;
 mod output;
 mod pages;
 mod picture;
+mod prefilter;
 mod preview;
 mod profile;
 mod prove;

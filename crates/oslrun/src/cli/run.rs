@@ -4,6 +4,7 @@ use super::args::RunArgs;
 use super::args::values::STDOUT;
 use super::load::{self, Loaded, MoreTaps, Request};
 use super::output::{Broken, Rows, Tallied};
+use super::prefilter;
 use super::preview::{self, PreviewArgs};
 use super::sampling::{self, Plan, Sampled, Target};
 use super::session::{grid_spaces, on_threads, options, points, progress, services, stopped};
@@ -221,14 +222,14 @@ fn shaded(
     let outputs = loaded.outputs(args);
     let Loaded { sources, mut body, name, folder, texts, tapped: taps, .. } = loaded;
     let points = WithData { data: data::read(args)?, points: points(args) };
-    let options = passes::Options {
+    let mut options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),
         derivs: points.varying_derivs().to_vec(),
         traces: points.traces(),
         without: args.without_pass.clone(),
         arithmetic: args.arithmetic.unwrap_or_default(),
-        prefilter: args.sampling.prefilter(plan),
+        prefilter: None,
         limits: args.read.limits.limits().clone(),
     };
     let tapped = output::has_closure(&body, &taps);
@@ -239,6 +240,17 @@ fn shaded(
         output::drop_closures(&mut body, options.outputs.as_deref());
     }
     let lowered = body.count();
+    let services = services(args, folder.clone(), grid_spaces(args));
+    let filtered = match args.sampling.prefilter(plan) {
+        Some(samples) => {
+            let of = (samples, plan.filter());
+            let (chosen, said) =
+                prefilter::of_run(args, of, (&body, &options), (&services, &points), &sources)?;
+            options.prefilter = chosen;
+            Some(said.sentence())
+        }
+        None => None,
+    };
     let offers = args.arithmetic.is_none() && matches!(plan, Plan::MaxError(..));
     let whole = (args.stats || offers).then(|| body.clone());
     let compiled = stages::finish(body, &options);
@@ -248,7 +260,6 @@ fn shaded(
     });
     let compile_time = started.elapsed();
 
-    let services = services(args, folder.clone(), grid_spaces(args));
     // A material without other outputs writes its closures to the image.
     let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
     let closures = args.closures || alone || tapped;
@@ -319,7 +330,8 @@ fn shaded(
     {
         summary(&frame, out);
     }
-    let stats = Stats::of(&compiled, lowered, evaluations, [compile_time, run, write], args);
+    let mut stats = Stats::of(&compiled, lowered, evaluations, [compile_time, run, write], args);
+    stats.prefilter = filtered;
     if let Some(about) = &mut about {
         about.ran(&tallied.ranges, &written, shading);
         about.stats = args.stats.then_some(stats);

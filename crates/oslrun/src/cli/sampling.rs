@@ -75,10 +75,9 @@ impl SampleArgs {
             || *prefilter
     }
 
-    /// The width of filtered steps, if they are filtered: the share of the pixel that belongs to a sample.
-    pub(super) fn prefilter(&self, plan: Plan) -> Option<f32> {
-        let samples = if let Plan::Samples(samples, ..) = plan { samples } else { 1 };
-        self.prefilter.then(|| 1.0 / (samples as f32).sqrt())
+    /// If steps are filtered, the number of samples that share a pixel.
+    pub(super) fn prefilter(&self, plan: Plan) -> Option<u32> {
+        self.prefilter.then_some(if let Plan::Samples(samples, ..) = plan { samples } else { 1 })
     }
 }
 

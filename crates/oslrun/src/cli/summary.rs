@@ -5,6 +5,7 @@ use super::args::RunArgs;
 use super::histogram::Histogram;
 use super::profile;
 use super::shading::Tally;
+use super::tradeoff::SAME_IN_FAST;
 use super::{sampling, within};
 use osl::stages::Compiled;
 use osl_exec::{Frame, Isa, Plane};
@@ -12,6 +13,7 @@ use osl_ir::ir::Kind;
 use osl_ir::passes::Report as PassReport;
 use osl_ir::types::{StructTable, Type};
 use osl_measure::range::Range;
+use osl_numeric::Arithmetic;
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
@@ -123,6 +125,12 @@ pub(super) struct Stats {
     registers: usize,
     register_words: u32,
     passes: Vec<Pass>,
+    /// If the fast arithmetic was asked for and changes nothing, a sentence that says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    arithmetic: Option<&'static str>,
+    /// What `--prefilter` filters, in a sentence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) prefilter: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -160,6 +168,9 @@ impl Stats {
             registers,
             register_words,
             passes: compiled.reports.iter().map(pass).collect(),
+            arithmetic: (args.arithmetic == Some(Arithmetic::Fast) && !compiled.body.differs_in_fast())
+                .then_some(SAME_IN_FAST),
+            prefilter: None,
         }
     }
 
@@ -183,6 +194,9 @@ impl Stats {
         );
         for Pass { name, before, after } in &self.passes {
             let _ = writeln!(err, "  {name:<8} {before:>6} -> {after}");
+        }
+        for text in self.arithmetic.iter().copied().chain(self.prefilter.as_deref()) {
+            let _ = writeln!(err, "{text}");
         }
     }
 }

@@ -2,15 +2,16 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
+use super::prefilter::Wanted;
 use super::session::{busy, grid, on_threads, options, services, stopped};
 use super::shading::Report;
 use super::{Failure, data, data_url};
 use clap::Args;
 use osl::stages::{self, Compiled};
-use osl_exec::{PointSource, RunOptions, Services};
+use osl_exec::{Frame, PointSource, RunError, RunOptions, Services};
 use osl_image::Transfer;
 use osl_ir::ir::Body;
-use osl_ir::passes;
+use osl_ir::passes::{self, Prefilter};
 use osl_measure::sample::{Filter, Shading, Surface};
 use osl_measure::tradeoff::{self, Setting, Trade, Variant};
 use osl_numeric::Arithmetic;
@@ -60,12 +61,14 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     let Loaded { sources, body, name, folder, texts, .. } = load::load(&request, err)?;
     let points = WithData { data: data::read(run)?, points: grid(run) };
     let services = services(run, folder, super::session::grid_spaces(run));
-    let programs = Programs::new(&body, run, &points);
     let bench = Bench { services: &services, surface: &points, options: options(run) };
     let bar = busy("measuring", args.budget);
-    let measured = on_threads(run.threads, || bench.measure(&name, &programs, args.budget))?;
+    let measured = on_threads(run.threads, || {
+        let programs = Programs::new(&body, run, (&points, &bench))?;
+        Ok((bench.measure(&name, &programs, args.budget)?, programs))
+    })?;
     bar.finish_and_clear();
-    let trade = measured.map_err(|stop| stopped(&stop, &sources))?;
+    let (trade, programs) = measured.map_err(|stop| stopped(&stop, &sources))?;
     if trade.outputs.is_empty() {
         return Err(Failure::new(super::output::EMPTY));
     }
@@ -97,38 +100,71 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     report.print(&frame.messages, err).judge(run.lints.denies_errors())
 }
 
+/// What the fast arithmetic is worth for a program without an operation that it computes in another way.
+pub(super) const SAME_IN_FAST: &str =
+    "`--arithmetic fast` changes nothing here: the program has no operation that it computes in another way";
+
+/// The numbers of samples for which filtering is tried.
+const FILTERED: [u32; 3] = [1, 4, 16];
+
 /// The program in all forms: in each arithmetic, and with steps filtered for some numbers of samples.
 struct Programs {
     strict: Compiled,
-    fast: Compiled,
+    /// Unless it is the same as the strict one.
+    fast: Option<Compiled>,
     double: Compiled,
+    /// Unless nothing is filtered.
     widened: Vec<(u32, Compiled)>,
 }
 
 impl Programs {
-    fn new(body: &Body, args: &RunArgs, points: &dyn PointSource) -> Programs {
+    fn new(
+        body: &Body,
+        args: &RunArgs,
+        (points, bench): (&dyn PointSource, &Bench<'_>),
+    ) -> Result<Programs, RunError> {
         let outputs: Option<Vec<_>> =
             args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-        let form = |arithmetic: Arithmetic, prefilter: Option<f32>| {
-            let passes = passes::Options {
-                outputs: outputs.clone(),
-                varying: points.varying().to_vec(),
-                derivs: points.varying_derivs().to_vec(),
-                traces: points.traces(),
-                without: args.without_pass.clone(),
-                arithmetic,
-                prefilter,
-                limits: args.read.limits.limits().clone(),
-            };
-            stages::finish(body.clone(), &passes)
+        let usual = passes::Options {
+            outputs,
+            varying: points.varying().to_vec(),
+            derivs: points.varying_derivs().to_vec(),
+            traces: points.traces(),
+            without: args.without_pass.clone(),
+            arithmetic: Arithmetic::Strict,
+            prefilter: None,
+            limits: args.read.limits.limits().clone(),
         };
-        let widened = [1, 4, 16].map(|n: u32| (n, form(Arithmetic::Strict, Some(1.0 / (n as f32).sqrt()))));
-        Programs {
-            strict: form(Arithmetic::Strict, None),
-            fast: form(Arithmetic::Fast, None),
-            double: form(Arithmetic::Double, None),
-            widened: widened.into(),
+        let form = |arithmetic: Arithmetic, prefilter: Option<Prefilter>| {
+            stages::finish(body.clone(), &passes::Options { arithmetic, prefilter, ..usual.clone() })
+        };
+        let mut widened = Vec::new();
+        for samples in FILTERED {
+            let Bench { services, surface, options } = bench;
+            let filter = Filter::default();
+            let (chosen, _) =
+                Wanted { services, surface: *surface, options, filter, samples }.chosen(body, &usual)?;
+            widened.extend(chosen.map(|chosen| (samples, form(Arithmetic::Strict, Some(chosen)))));
         }
+        let strict = form(Arithmetic::Strict, None);
+        let fast = strict.body.differs_in_fast().then(|| form(Arithmetic::Fast, None));
+        Ok(Programs { strict, fast, double: form(Arithmetic::Double, None), widened })
+    }
+
+    /// The options that are not measured, because they change nothing.
+    fn idle(&self) -> Vec<String> {
+        let fast = self.fast.is_none().then(|| SAME_IN_FAST.to_string());
+        let missing: Vec<u32> =
+            FILTERED.into_iter().filter(|n| !self.widened.iter().any(|(own, _)| own == n)).collect();
+        let words: Vec<String> = missing.iter().map(u32::to_string).collect();
+        let filtered = match &words[..] {
+            [] => None,
+            all if all.len() == FILTERED.len() => {
+                Some("`--prefilter` changes nothing here: it would not help".into())
+            }
+            some => Some(format!("`--prefilter` changes nothing with {} samples", some.join(" or "))),
+        };
+        fast.into_iter().chain(filtered).collect()
     }
 }
 
@@ -152,7 +188,7 @@ impl Bench<'_> {
         }
     }
 
-    fn measure(&self, name: &str, programs: &Programs, budget: f64) -> Result<Trade, osl_exec::RunError> {
+    fn measure(&self, name: &str, programs: &Programs, budget: f64) -> Result<Trade, RunError> {
         let variant = |name: &str, form, settings: Vec<Setting>| Variant {
             name: name.into(),
             shading: self.shading(form),
@@ -161,9 +197,11 @@ impl Bench<'_> {
         let few = || [1, 4, 16].map(Setting::Samples).to_vec();
         let mut variants = vec![
             variant("strict", &programs.strict, Setting::ladder()),
-            variant("fast", &programs.fast, few()),
             variant("f64", &programs.double, vec![Setting::Samples(1)]),
         ];
+        if let Some(fast) = &programs.fast {
+            variants.insert(1, variant("fast", fast, few()));
+        }
         for (samples, form) in &programs.widened {
             variants.push(variant("prefilter", form, vec![Setting::Samples(*samples)]));
         }
@@ -172,11 +210,12 @@ impl Bench<'_> {
             variants,
             oracle: ("f64".into(), self.shading(&programs.double)),
             budget: Duration::from_secs_f64(budget),
+            idle: programs.idle(),
         })
     }
 
     /// The messages of a run.
-    fn said(&self, programs: &Programs) -> Result<osl_exec::Frame, osl_exec::RunError> {
+    fn said(&self, programs: &Programs) -> Result<Frame, RunError> {
         Ok(self.shading(&programs.strict).rows(0..self.surface.size().1, 1)?.frame)
     }
 }

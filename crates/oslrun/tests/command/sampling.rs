@@ -230,6 +230,57 @@ fn nonsense_is_refused_in_words() {
 }
 
 #[test]
+fn what_is_filtered_is_said() {
+    let folder = folder();
+    let common = ["@/s.osl", "-g", "64x64", "--stats", "-o", "@/a.exr", "--prefilter"];
+    let (_, err) = ok(&folder, &common);
+    assert!(err.contains("prefilter: 2 of 2 places filtered"), "{err}");
+    // A line that is thinner than a pixel.
+    let text = "shader hair(output float r = 0) { r = abs(mod(7.3 * u + 0.7 * v, 1) - 0.5) < 0.003; }";
+    std::fs::write(folder.path().join("hair.osl"), text).unwrap();
+    let (_, err) = ok(
+        &folder,
+        &["@/hair.osl", "-g", "64x64", "--stats", "--no-command", "-o", "@/b.exr", "--prefilter"],
+    );
+    assert!(err.contains("prefilter: 0 of 1 places filtered"), "{err}");
+    ok(&folder, &["@/hair.osl", "-g", "64x64", "--no-command", "-o", "@/c.exr"]);
+    assert_eq!(bytes(&folder, "b.exr"), bytes(&folder, "c.exr"));
+    let (out, _) = ok(&folder, &[&common[..], &["--json"]].concat());
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let said = value["stats"]["prefilter"].as_str().unwrap();
+    assert!(said.starts_with("prefilter: 2 of 2"), "{said}");
+}
+
+#[test]
+fn where_fast_is_said_to_change_nothing_the_picture_is_the_same() {
+    let folder = folder();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folders = [root.join("../../osl"), root.join("benches/shaders/suite")];
+    let files = folders.iter().flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let (mut same, mut all) = (0, 0);
+    for file in
+        files.map(|file| file.unwrap().path()).filter(|file| file.extension().is_some_and(|e| e == "osl"))
+    {
+        let common = [file.to_str().unwrap(), "-g", "16x16", "--no-command", "--allow-files"];
+        let with = |more: &[&str]| {
+            let (code, _, err) = oslrun(folder.path(), &[&common[..], more].concat());
+            (code, err)
+        };
+        let (code, err) = with(&["--arithmetic", "fast", "--stats", "-o", "@/fast.exr"]);
+        if code != 0 {
+            continue;
+        }
+        all += 1;
+        if err.contains("`--arithmetic fast` changes nothing here") {
+            same += 1;
+            let _ = with(&["-o", "@/strict.exr"]);
+            assert_eq!(bytes(&folder, "fast.exr"), bytes(&folder, "strict.exr"), "{}", file.display());
+        }
+    }
+    assert!(same > 0 && same < all, "{same} of {all}");
+}
+
+#[test]
 fn a_trade_off_comes_as_text_values_and_a_page() {
     let folder = folder();
     let shader = ["tradeoff", "@/s.osl", "-g", "24x24", "--budget"];
@@ -239,8 +290,18 @@ fn a_trade_off_comes_as_text_values_and_a_page() {
     let common = with(&shader, &["0.3"]);
     // The first rows are measured even where this test shares its processors with many others.
     let (table, _) = ok(&folder, &with(&shader, &["6"]));
-    for row in ["strict, 1 sample", "fast, 1 sample", "f64, 1 sample", "prefilter, 1 sample"] {
+    for row in ["strict, 1 sample", "f64, 1 sample", "prefilter, 1 sample"] {
         assert!(table.contains(row), "{row}: {table}");
+    }
+    // What changes nothing is said, and not measured.
+    let text = "shader plain(output float r = 0) { r = floor(3 * (u > 0.5 && v > 0.5)); }";
+    std::fs::write(folder.path().join("plain.osl"), text).unwrap();
+    let (plain, _) = ok(&folder, &["tradeoff", "@/plain.osl", "-g", "24x24", "--budget", "0.3"]);
+    assert!(!plain.contains("fast, ") && !plain.contains("prefilter, "), "{plain}");
+    for said in
+        ["fast` changes nothing here: the program has no operation", "`--prefilter` changes nothing here"]
+    {
+        assert!(plain.contains(said), "{said}: {plain}");
     }
     let (_, end) = table.split_once("What to take for an error at 999 of 1000 pixels").unwrap();
     for start in

@@ -55,11 +55,20 @@ impl Work<'_, '_> {
 
     /// Computes a whole lattice and interpolates all pixels that were not computed.
     pub(super) fn whole(&mut self, step: usize) -> Result<(), RunError> {
+        self.grid([step; 2])
+    }
+
+    /// Computes every second column and interpolates the others.
+    pub(super) fn columns(&mut self) -> Result<(), RunError> {
+        self.grid([2, 1])
+    }
+
+    fn grid(&mut self, steps: [usize; 2]) -> Result<(), RunError> {
         let (width, rows) = (self.width, 0..self.height);
-        let (columns, lines) = (ticks(0..width, step), ticks(rows.clone(), step));
+        let (columns, lines) = (ticks(0..width, steps[0]), ticks(rows.clone(), steps[1]));
         let all = || lines.iter().flat_map(|y| columns.iter().map(move |x| y * width + x));
         self.compute(all().filter(|pixel| !self.known[*pixel]).collect())?;
-        if step > 1 {
+        if steps != [1; 2] {
             let known = &self.known;
             for values in &mut self.values {
                 let corners: Vec<f32> = all().map(|pixel| values[pixel]).collect();
