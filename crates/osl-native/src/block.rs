@@ -6,7 +6,7 @@
 
 use crate::inst::{Array, Binary, Compare, Inst, IntCompare, MaskValue, Op, TABLE, Unary, Value};
 use crate::region::{Open, Region};
-use crate::simplify;
+use crate::simplify::{self, Truth};
 use rustc_hash::FxHashMap;
 
 /// The required size of an array.
@@ -148,8 +148,14 @@ impl Block {
         Value(self.pure(Op::Unary(op), &[a.0]))
     }
 
-    /// An operation on two values.
+    /// An operation on two values. A quotient by a power of two becomes a product, which has the same bits.
     pub fn binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
+        if op == Binary::Div
+            && let Some(inverse) = simplify::exact_inverse(&self.insts, b)
+        {
+            let inverse = self.bits(inverse);
+            return self.binary(Binary::Mul, a, inverse);
+        }
         Value(self.pure(Op::Binary(op), &[a.0, b.0]))
     }
 
@@ -207,6 +213,10 @@ impl Block {
         if yes == no {
             return yes;
         }
+        if let (Some(a), Some(b)) = (simplify::truth(&self.insts, yes), simplify::truth(&self.insts, no)) {
+            let chosen = self.choose_truth(mask, a, b);
+            return chosen.map_or(yes, |chosen| self.number(chosen));
+        }
         if let Some(min) = simplify::min(&self.insts, mask, yes, no) {
             return Value(self.merged(min));
         }
@@ -214,6 +224,30 @@ impl Block {
             Some(mask) => Value(self.pure(Op::Choose, &[mask.0, no.0, yes.0])),
             None => Value(self.pure(Op::Choose, &[mask.0, yes.0, no.0])),
         }
+    }
+
+    /// The mask that is `yes` where a mask is set, else `no`; `None` if both are the same constant.
+    fn choose_truth(&mut self, mask: MaskValue, yes: Truth, no: Truth) -> Option<MaskValue> {
+        Some(match (yes, no) {
+            (Truth::Known(yes), Truth::Known(no)) if yes == no => return None,
+            (Truth::Known(true), Truth::Known(_)) => mask,
+            (Truth::Known(false), Truth::Known(_)) => self.not(mask),
+            (Truth::Known(true), Truth::Mask(no)) => self.either(mask, no),
+            (Truth::Mask(yes), Truth::Known(false)) => self.both(mask, yes),
+            (Truth::Known(false), Truth::Mask(no)) => {
+                let other = self.not(mask);
+                self.both(other, no)
+            }
+            (Truth::Mask(yes), Truth::Known(true)) => {
+                let other = self.not(mask);
+                self.either(other, yes)
+            }
+            (Truth::Mask(yes), Truth::Mask(no)) => {
+                let other = self.not(mask);
+                let (here, there) = (self.both(mask, yes), self.both(other, no));
+                self.either(here, there)
+            }
+        })
     }
 
     /// The length of a vector whose components' squares sum up to `square`. If the sum is below `2^-125` it

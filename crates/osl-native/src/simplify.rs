@@ -72,6 +72,33 @@ pub(crate) fn both(insts: &[Inst], a: MaskValue, b: MaskValue) -> Option<Inst> {
     }
 }
 
+/// The bits of the inverse of a constant, if a product with it has the bits of the quotient: for a power of
+/// two. Both are the exact result, rounded once.
+pub(crate) fn exact_inverse(insts: &[Inst], divisor: Value) -> Option<u32> {
+    const SIGN: u32 = 0x8000_0000;
+    let Op::Constant(bits) = insts.get(divisor.0 as usize)?.op else { return None };
+    let exponent = (bits & !SIGN) >> 23;
+    let is_power = bits & 0x007F_FFFF == 0 && (1..254).contains(&exponent);
+    is_power.then(|| bits & SIGN | (254 - exponent) << 23)
+}
+
+/// A number that is 1 or 0: made from a mask, or a constant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Truth {
+    Mask(MaskValue),
+    Known(bool),
+}
+
+/// The truth of which a value is the number.
+pub(crate) fn truth(insts: &[Inst], value: Value) -> Option<Truth> {
+    let inst = insts.get(value.0 as usize)?;
+    match (inst.op, inst.args()) {
+        (Op::Number, [mask]) => Some(Truth::Mask(MaskValue(*mask))),
+        (Op::Constant(bits @ 0..2), _) => Some(Truth::Known(bits == 1)),
+        _ => None,
+    }
+}
+
 /// The smaller of two floats, if a choice is exactly what [`Binary::Min`] computes.
 pub(crate) fn min(insts: &[Inst], mask: MaskValue, yes: Value, no: Value) -> Option<Inst> {
     let inst = made_by(insts, mask)?;
