@@ -216,7 +216,7 @@ impl Machine<'_, '_> {
                 M::Vshufps => (if lane & 2 == 0 { a } else { b })[quarter(lane, byte)],
                 M::Vpmuldq => {
                     let [x, y] = [a, b].map(|words| i64::from(words[lane & !1] as i32));
-                    (x * y >> (32 * (lane & 1))) as u32
+                    ((x * y) >> (32 * (lane & 1))) as u32
                 }
                 M::Vpblendmd if mask >> lane & 1 == 0 => p,
                 M::Vpblendmd => q,
