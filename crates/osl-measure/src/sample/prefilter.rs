@@ -40,8 +40,8 @@ const SEEN: f64 = 0.01;
 const CHANGED: f64 = 0.002;
 /// A form must have at most this share of the plain squared error.
 const HELPS: f64 = 0.95;
-/// The largest cost of a form relative to the plain program, in counted operations. A pixel must not cost more
-/// than three samples, and the count is not exact.
+/// The largest cost of a form relative to the plain program, in counted operations. A pixel must not cost
+/// more than three samples, and the count is not exact.
 const DEARER: f64 = 2.5;
 /// What a point takes besides its operations, in additions.
 const POINT: f64 = 20.0;
@@ -225,7 +225,10 @@ impl<'a> Judge<'a> {
             let mut planes = self.values.iter().zip(&whole.values).zip(&self.ranges);
             planes.any(|((plain, own), range)| {
                 let pair = plain.get(*at).zip(own.get(*at));
-                pair.is_some_and(|(a, b)| a != b && !(f64::from((a - b).abs()) <= CHANGED * range))
+                pair.is_some_and(|(a, b)| {
+                    let is_small = f64::from((a - b).abs()) <= CHANGED * range;
+                    a != b && !is_small
+                })
             })
         };
         let changed: Vec<usize> = (0..self.pixels.len()).filter(changed).collect();
@@ -278,7 +281,8 @@ impl<'a> Judge<'a> {
         planes.map(plane).sum()
     }
 
-    /// By how much a pixel of a form is worse than that of the plain program, in ranges; at most 0 if it is not.
+    /// By how much a pixel of a form is worse than that of the plain program, in ranges; at most 0 if it is
+    /// not.
     fn worse(&self, form: &Form, at: usize, truth: &Truth) -> f64 {
         let planes = form.values.iter().zip(&self.values).zip(self.ranges.iter().zip(truth));
         let excess = planes.map(|((own, plain), (range, [truth, unsure, deviation]))| {
@@ -296,7 +300,8 @@ impl<'a> Judge<'a> {
     /// Whether a form is better than the plain program, makes no pixel worse, and is cheap enough.
     fn accepts(&mut self, form: &mut Form) -> Result<bool, RunError> {
         form.error = self.squares(&form.values) / self.error.max(f64::MIN_POSITIVE);
-        if self.pixels.is_empty() || form.cost > DEARER || !(form.error <= HELPS) {
+        let helps = form.error <= HELPS;
+        if self.pixels.is_empty() || form.cost > DEARER || !helps {
             return Ok(false);
         }
         let pixels = self.truths.iter().enumerate();
@@ -382,7 +387,8 @@ fn known(values: &[f32], weights: &[f32]) -> [f64; 3] {
     };
     let count = values.len();
     let all = mean(0..count);
-    let squares: f64 = values.iter().map(|value| (f64::from(*value) - all).powi(2)).sum();
+    let square = |value: &f32| (f64::from(*value) - all) * (f64::from(*value) - all);
+    let squares: f64 = values.iter().map(square).sum();
     let halves = (mean(0..count / 2) - mean(count / 2..count)).abs();
     [all, 0.5 * halves, (squares / count as f64).sqrt()]
 }

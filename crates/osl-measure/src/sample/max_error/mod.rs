@@ -3,10 +3,10 @@
 //! The cheapest way to compute a pixel is tried first. The work spent on testing a method is proportional to
 //! the cost of the method itself.
 //!
-//! First come lattices: every fourth pixel along x and y, then every second, then the centre of every pixel.
-//! The pixels between are interpolated. The curvature of the lattice estimates the error, and a few *probes*
-//! (samples at random positions) show whether that estimate can be trusted. A finer lattice is first tried
-//! around a few of the probes.
+//! First come lattices: every fourth pixel along x and y, then every second, then every second column, then
+//! the centre of every pixel. The pixels between are interpolated. The curvature of the lattice estimates the
+//! error, and a few *probes* (samples at random positions) show whether that estimate can be trusted. A finer
+//! lattice is first tried around a few of the probes.
 //!
 //! The remaining pixels need samples. No formula knows how reliable a standard error is for an unknown
 //! shader. So some of the pixels, the *pilot*, are sampled first: their sample count is doubled until half of
@@ -146,6 +146,9 @@ impl<'a> Work<'_, 'a> {
         let mut steps = vec![COARSE];
         let each = if self.has_spikes()? { PROBE[3] } else { PROBE[0] };
         let mut found = self.settle_by(&mut steps, probes, each, pending)?;
+        if found.near > 0 && !self.is_rough(&found, pending) {
+            found = self.settle_by(&mut steps, probes, each * 3 / 4, pending)?;
+        }
         if self.is_rough(&found, pending)
             && count(pending) as f32 > UNIFORM * pending.len() as f32
             && let Some(whole) = self.uniform(probes, pending)?
@@ -275,7 +278,11 @@ impl<'a> Work<'_, 'a> {
             }
         }
         let failed = trust.failed as f32 / probes.count().max(1) as f32;
-        Ok(Found { off: trust.passed_over as f32 * share, failed })
+        let near = |(estimate, error): &&Tried| {
+            *estimate <= trust.limit && *error > NEAR_FAILURE * self.wanted.error
+        };
+        let near = tried.iter().filter(near).count();
+        Ok(Found { off: trust.passed_over as f32 * share, failed, near })
     }
 
     /// Whether a finer lattice is right around enough of the pending probes.
@@ -466,6 +473,8 @@ struct Found {
     off: f32,
     /// Share of the probes at which the last lattice failed.
     failed: f32,
+    /// Probes that it settled although they nearly failed.
+    near: usize,
 }
 
 /// How many pixels are pending.

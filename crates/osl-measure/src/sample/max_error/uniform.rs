@@ -65,7 +65,7 @@ impl Work<'_, '_> {
         let spare = ALLOWED * all.len() as f32;
         let found = |failed: usize| {
             let off = failed as f32 * count as f32 / all.len().max(1) as f32;
-            Whole { step, found: Found { off, failed: 0.0 } }
+            Whole { step, found: Found { off, ..Found::default() } }
         };
         if let Some(failed) = self.columns_do(probes, &all, spare)? {
             pending.fill(false);
@@ -82,9 +82,9 @@ impl Work<'_, '_> {
         Ok(Whole { step, found: self.settle_one(step, probes, pending, 0.0)? })
     }
 
-    /// The number of probes at which every second column is not enough, if these are few. The columns were computed for the lattice of all pixels, so that nothing
-    /// is lost if not. The image with the others interpolated is judged as if it were that lattice, by a few of
-    /// the probes first.
+    /// The number of probes at which every second column is not enough, if these are few. The columns were
+    /// computed for the lattice of all pixels, so that nothing is lost if not. The image with the others
+    /// interpolated is judged as if it were that lattice, by a few of the probes first.
     fn columns_do(&mut self, probes: &Probes, all: &[usize], spare: f32) -> Result<Option<usize>, RunError> {
         let bound = CLOSE * self.wanted.error;
         let failed = |errors: Vec<f32>| errors.iter().filter(|error| above(**error, bound)).count();
