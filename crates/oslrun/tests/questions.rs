@@ -1,4 +1,4 @@
-//! `docs/questions.md`: thirteen questions about a shader, each with the command that answers it and its
+//! `docs/questions.md`: fifteen questions about a shader, each with the command that answers it and its
 //! output.
 //!
 //! `UPDATE_DOCS=1` writes the page and its pictures. Numbers that depend on the machine are not compared.
@@ -27,11 +27,13 @@ enum Shows {
     All,
     /// Lines that begin so; their numbers depend on the machine.
     Timed(&'static str),
+    /// Lines that begin so.
+    Begins(&'static str),
     /// The picture that the command writes.
     Picture(&'static str),
 }
 
-const QUESTIONS: [Question; 13] = [
+const QUESTIONS: [Question; 15] = [
     Question {
         asks: "Why is this line an error, and how do I fix it?",
         how: "`check` names the place, the reason, and often the repair. `oslrun explain-error E0201` explains the kind of \
@@ -159,6 +161,32 @@ const QUESTIONS: [Question; 13] = [
                 name outputs for other roles. A surface shader that writes `Ci` is shown as it is. (Without `--samples`, the \
                 picture has less noise.) `--on sphere` without `--preview` shows the values of the outputs, without light.",
     },
+    Question {
+        asks: "Does this hold at every point, or only at those of my picture?",
+        how: "`sanitize` counts what happens at the points of a picture. `bounds` proves what holds at all points, and with \
+              `--over` for all values of a parameter between two.",
+        shader: "safe",
+        args: "bounds docs/questions/safe.osl --over radius=0.1:0.5 --budget 60",
+        shows: Shows::All,
+        reads: "`mask` and `angle` are in [0, 1] for every float u, v and radius in these ranges, and `acos` and the division are \
+                safe, thanks to the `clamp` and the `if`. The root is not: the report names a point with a negative argument. \
+                `height` is still never NaN, because OSL defines such a root as 0. A statement under `Not proven` may hold: \
+                the enclosures of intervals are wider than the values. [accuracy.md](accuracy.md#proven-bounds) says how it works.",
+    },
+    Question {
+        asks: "Which simpler shader is as good from far away?",
+        how: "Where a pixel covers many cells of a pattern, one sample of it is mostly noise, and its mean is closer to the right \
+              picture. `lod` finds from which width of a pixel on this holds, and `-o far.lod.osl` writes one shader that fades \
+              to the means there.",
+        shader: "far",
+        args: "lod docs/questions/far.osl --budget 120",
+        shows: Shows::Begins("level "),
+        reads: "(The table that follows is left out here: for footprints 1 to 256, the errors and times with and without levels.) A \
+                width is that of a pixel in `P`; a pattern of 12 cells has a cell every 0.083. From a width of 0.0315 on the grain \
+                is its mean, and from 0.126 on everything is. Both errors are against many samples of the original, at points \
+                that were not used to find the levels. Below the first width the original runs, with the same bits. The written \
+                shader uses `filterwidth` only, so it works in every renderer. `--html levels.html` shows both side by side.",
+    },
 ];
 
 fn root() -> PathBuf {
@@ -180,7 +208,9 @@ fn answer(question: &Question, pictures: &Path) -> String {
     let lines: Vec<&str> = text.lines().collect();
     let shown: Vec<&str> = match question.shows {
         Shows::All => lines,
-        Shows::Timed(start) => lines.into_iter().filter(|line| line.starts_with(start)).collect(),
+        Shows::Timed(start) | Shows::Begins(start) => {
+            lines.into_iter().filter(|line| line.starts_with(start)).collect()
+        }
         Shows::Picture(_) => Vec::new(),
     };
     assert!(!shown.is_empty() || matches!(question.shows, Shows::Picture(_)), "{}: {text}", question.args);
@@ -191,7 +221,7 @@ fn answer(question: &Question, pictures: &Path) -> String {
 fn page() -> (String, Vec<(&'static str, Vec<u8>)>) {
     let dir = tempfile::tempdir().unwrap();
     let mut page = String::from(
-        "# Thirteen questions about a shader\n\nEach question has one command. The outputs on this page are real: a test compares them with what the \
+        "# Fifteen questions about a shader\n\nEach question has one command. The outputs on this page are real: a test compares them with what the \
          command prints\n(`UPDATE_DOCS=1 cargo test -p oslrun --test questions` writes the page).\n",
     );
     let mut pictures = Vec::new();
