@@ -50,7 +50,7 @@ impl LimitArgs {
                 let _ = limits.set(name, value);
             }
             let seconds = self.max_time.map(Duration::from_secs_f64);
-            watch(&limits, seconds, self.max_memory.map_or_else(sensible, |mib| mib.saturating_mul(1 << 20)));
+            watch(&limits, seconds, self.max_memory.map(|mib| mib.saturating_mul(1 << 20)));
             limits
         })
     }
@@ -119,11 +119,16 @@ fn sensible() -> u64 {
 
 /// Tells all stages to stop when the time or the memory is used up, and ends the process if they do not. The
 /// watch runs as long as the limits are in use.
-fn watch(limits: &Limits, time: Option<Duration>, memory: u64) {
+///
+/// It sleeps before it looks for the first time: most commands are done by then, and what it reads from the
+/// system would cost them more than their command line.
+fn watch(limits: &Limits, time: Option<Duration>, memory: Option<u64>) {
     let start = Instant::now();
     let limits = limits.clone();
     let work = move || {
         let mut told: Option<Instant> = None;
+        std::thread::sleep(EVERY);
+        let memory = memory.unwrap_or_else(sensible);
         while limits.is_shared() {
             let used = memory_stats::memory_stats().map_or(0, |now| now.physical_mem as u64);
             if time.is_some_and(|time| start.elapsed() >= time) {

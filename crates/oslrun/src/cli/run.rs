@@ -330,11 +330,15 @@ fn shaded(
     {
         summary(&frame, out);
     }
-    let mut stats = Stats::of(&compiled, lowered, evaluations, [compile_time, run, write], args);
-    stats.prefilter = filtered;
+    let stats = args.stats.then(|| {
+        let times = [compile_time, run, write];
+        let mut stats = Stats::of(&compiled, lowered, evaluations, times, args);
+        stats.prefilter = filtered;
+        stats
+    });
     if let Some(about) = &mut about {
         about.ran(&tallied.ranges, &written, shading);
-        about.stats = args.stats.then_some(stats);
+        about.stats = stats;
         about.histograms = histograms;
         about.max_error = said.as_ref().and_then(|said| said.max_error.clone());
         about.within = said.as_ref().and_then(|said| said.within);
@@ -343,7 +347,7 @@ fn shaded(
         }
     } else {
         histogram::print(&histograms.unwrap_or_default(), out);
-        if args.stats {
+        if let Some(stats) = &stats {
             stats.print(err);
             if let Some(whole) = &whole {
                 let _ = err.write_all(explain::table(&explain::cost(whole, &options)).as_bytes());
