@@ -3,6 +3,7 @@
 pub mod agree;
 mod dice;
 pub mod doors;
+pub mod enclosed;
 pub mod fuzz;
 pub mod generate;
 pub mod golden;

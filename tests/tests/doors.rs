@@ -44,7 +44,7 @@ macro_rules! doors {
 }
 
 doors! {
-    parse mutate fmt generate compiled told oso group attributes textures scene testrender arguments
+    parse mutate fmt generate compiled told bounds lod oso group attributes textures scene testrender arguments
 }
 
 /// Inputs that once failed: the door, the failure, and the input.

@@ -8,6 +8,7 @@
 mod arguments;
 mod data;
 mod programs;
+mod proven;
 mod scenes;
 mod shaders;
 mod source;
@@ -16,6 +17,7 @@ mod textures;
 pub use arguments::arguments;
 pub use data::attributes;
 pub use programs::{compiled, generate, told};
+pub use proven::{bounds, lod};
 pub use scenes::{scene, testrender};
 pub use shaders::{group, oso};
 pub use source::{fmt, mutate, parse};
@@ -106,6 +108,26 @@ pub const ALL: &[Door] = &[
         max_len: 300,
         is_choices: true,
         runs: 60,
+    },
+    Door {
+        name: "bounds",
+        what: "the same choices: what `bounds` proves holds at random points",
+        enter: bounds,
+        seeds: Vec::new,
+        words: &[],
+        max_len: 400,
+        is_choices: true,
+        runs: 60,
+    },
+    Door {
+        name: "lod",
+        what: "the same choices: what `lod` writes compiles, and has the bits of the original where it runs",
+        enter: lod,
+        seeds: Vec::new,
+        words: &[],
+        max_len: 300,
+        is_choices: true,
+        runs: 40,
     },
     Door {
         name: "oso",

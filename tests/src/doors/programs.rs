@@ -116,8 +116,10 @@ pub fn told(bytes: &[u8]) -> u64 {
     let shorter = passes::Options { limits: limits.clone(), ..options.clone() };
     let subject = sanitize::Subject::new(body.clone(), &shorter);
     let places = sanitize::Points { source: &points, size: (4, 4), pixels: None };
-    let examined =
+    let mut examined =
         sanitize::sanitize(&subject, laws::services(), &places, &checked.sources, "<svg onload=x>");
+    examined.report.rounding =
+        Some(sanitize::rounding(&subject, laws::services(), &places, &checked.sources));
     sanitize::text::text(&examined.report);
     let base = Base::new(body.clone(), noted.clone(), None, &options.limits);
     let subject = Subject::new(laws::services(), base, &limits);

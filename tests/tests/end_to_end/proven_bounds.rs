@@ -3,10 +3,10 @@
 use osl::stages;
 use osl_exec::{PointSource, RunOptions};
 use osl_ir::passes;
-use osl_measure::bounds::{self, Domain, Effort, Report, Verdict};
-use osl_measure::sanitize::{self, Subject};
+use osl_measure::bounds::{self, Domain, Effort, Verdict};
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
+use osl_tests::enclosed::{self, Proven};
 use osl_tests::{generate, run};
 
 const SCALE: [f32; 2] = [3.0, 2.5];
@@ -18,67 +18,14 @@ fn grid(width: usize, height: usize) -> Grid {
 }
 
 /// The report of a shader, if it compiles.
-fn report(text: &str, tiles: usize) -> Option<(Report, Subject)> {
-    let (grid, services) = (grid(7, 5), run::services());
-    let checked = stages::check("case.osl", text, &NoFiles, &Options::default());
-    let body = stages::lower(&checked.program?, &[]).ok()?;
-    let options = passes::Options {
-        varying: grid.varying().to_vec(),
-        derivs: grid.varying_derivs().to_vec(),
-        limits: run::steps(20_000),
-        ..passes::Options::default()
-    };
-    let sanitized = Subject::new(body.clone(), &options);
-    let subject = bounds::subject(body, &options);
-    let effort = Effort { tiles, ..Effort::default() };
-    let domain = Domain::of_patch(SCALE, OFFSET);
-    let found = bounds::prove(&subject, (&services, &grid, &checked.sources), &domain, effort, "case");
-    Some((found, sanitized))
+fn proven(text: &str, tiles: usize) -> Option<Proven> {
+    enclosed::prove(text, &run::services(), &grid(7, 5), (SCALE, OFFSET), tiles)
 }
 
-/// The first value outside of its bounds, or event that was excluded. The derivatives of the points depend on
-/// the size of the grid, which must therefore be that of the report.
+/// The first value outside of its bounds, or event that was excluded.
 fn violation(name: &str, text: &str, tiles: usize) -> Option<String> {
-    let (report, subject) = report(text, tiles)?;
-    let points = grid(7, 5);
-    let options = RunOptions { limits: run::steps(20_000), ..RunOptions::default() };
-    let frame = run::run(name, text, &[], &points, &options).ok()?;
-    let mut outputs = report.outputs.iter().filter(|output| !output.name.contains('['));
-    for plane in frame.planes.iter().filter(|plane| !plane.output.contains('[')) {
-        let Some(output) = outputs.next() else {
-            return Some(format!("{name}: {} has no bounds", plane.output));
-        };
-        for (point, value) in plane.floats().iter().enumerate() {
-            let value = f64::from(*value);
-            let is_inside = match value.is_nan() {
-                true => output.never_nan != Verdict::Proven,
-                false => output.lowest <= value && value <= output.highest,
-            };
-            if !is_inside {
-                let (lo, hi) = (output.lowest, output.highest);
-                return Some(format!(
-                    "{name}, point {point}, {}: {value:e} not in {lo:e} {hi:e}",
-                    plane.output
-                ));
-            }
-        }
-    }
-    let checked = stages::check("case.osl", text, &NoFiles, &Options::default());
-    let services = run::services();
-    let places = sanitize::Points { source: &points, size: (7, 5), pixels: None };
-    let examined = sanitize::sanitize(&subject, &services, &places, &checked.sources, "case");
-    let proven = |claim: &&bounds::Claim| claim.verdict == Verdict::Proven;
-    for event in &examined.report.events {
-        let is_excluded = report
-            .claims
-            .iter()
-            .filter(proven)
-            .any(|claim| claim.kind == event.kind && claim.quote == event.quote);
-        if is_excluded {
-            return Some(format!("{name}: {:?} at {:?}, which was excluded", event.kind, event.quote));
-        }
-    }
-    None
+    let found = enclosed::violation(&proven(text, tiles)?, text, &run::services(), &grid(7, 5))?;
+    Some(format!("{name}, {found}"))
 }
 
 fn hold(seeds: std::ops::Range<u64>, tiles: usize) {
@@ -160,7 +107,7 @@ fn of_the_seed_shaders_at_ten_million_points() {
 /// What is a matter of course must be proved.
 #[test]
 fn guards_and_ranges_are_proved() {
-    let of = |text: &str| report(text, 4_000).unwrap().0;
+    let of = |text: &str| proven(text, 4_000).unwrap().report;
     let range = |text: &str| {
         let report = of(text);
         let output = &report.outputs[0];
@@ -197,9 +144,9 @@ fn guards_and_ranges_are_proved() {
 fn long_loops_end() {
     let text =
         "shader s(output float r = 0) { float x = u; while (x < 5) { x += noise(x) + 0.01; r += 0.001; } }";
-    let (found, _) = report(text, 30).unwrap();
+    let found = proven(text, 30).unwrap().report;
     assert!(found.outputs[0].lowest >= 0.0, "{:?}", found.outputs);
     let text = "shader s(output int n = 0) { int k = (int) (1000 * u); while (k > 0) { k /= 2; n += 1; } }";
-    let (found, _) = report(text, 30).unwrap();
+    let found = proven(text, 30).unwrap().report;
     assert!(found.outputs[0].lowest >= 0.0, "{:?}", found.outputs);
 }

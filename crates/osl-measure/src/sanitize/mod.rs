@@ -3,14 +3,17 @@
 //!
 //! Each point is followed as by `explain`, and `detect` looks at each executed instruction; so nothing of a
 //! run changes, and code that a point does not execute has no events. `watch` counts over points, `words`
-//! describes an event, [`text`](text::text) formats a [`Report`]. This module must not know the command line.
+//! describes an event, `rounding` follows points with random rounding, [`text`](text::text) formats a
+//! [`Report`]. This module must not know the command line.
 
 mod detect;
+mod rounding;
 pub mod text;
 mod watch;
 mod words;
 
 pub use detect::{DIGITS_LOST, LOST_AT};
+pub use rounding::{Apart, Digits, Rounding, rounding};
 pub use watch::{Examined, Points, Subject, sanitize};
 pub(crate) use watch::{events_at, is_written};
 
@@ -139,4 +142,7 @@ pub struct Report {
     pub lost_at: f64,
     /// The events, in the order of the source.
     pub events: Vec<Event>,
+    /// The digits that random rounding leaves, if they were examined.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounding: Option<Rounding>,
 }

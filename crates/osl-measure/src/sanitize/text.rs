@@ -1,6 +1,6 @@
 //! A report as text.
 
-use super::{Event, Kind, Report};
+use super::{Event, Kind, Report, Rounding};
 use crate::explain::percent;
 use std::fmt::Write;
 
@@ -32,7 +32,51 @@ pub fn text(report: &Report) -> String {
     for event in &report.events {
         one(event, report.points, &mut out);
     }
+    if let Some(rounding) = &report.rounding {
+        digits(rounding, &mut out);
+    }
     out
+}
+
+/// Places that are listed.
+const LISTED: usize = 6;
+
+/// The digits that random rounding leaves, and where the others are lost.
+fn digits(rounding: &Rounding, out: &mut String) {
+    let Rounding { runs, points, cut, not_examined, outputs, lines } = rounding;
+    let _ = writeln!(out, "\nRandom rounding: digits in which {runs} runs agree, at {points} points");
+    if *not_examined > 0 {
+        let _ = writeln!(
+            out,
+            "  the time was over (--budget) before {not_examined} more points were followed; which ones depends on the \
+             machine"
+        );
+    }
+    if *cut > 0 {
+        let _ =
+            writeln!(out, "  {cut} points were too long to be followed to their end (--limit running.trace)");
+    }
+    for output in outputs {
+        let few = match output.few {
+            0 => String::new(),
+            n => format!("; at {n} points three digits or more are lost"),
+        };
+        let _ = writeln!(
+            out,
+            "  {}: {:.1} of 7.2 at 95 % of the points or more, {:.1} at the worst point{few}",
+            output.name, output.usual, output.least
+        );
+    }
+    for apart in lines.iter().take(LISTED) {
+        let what = if apart.parts { "the runs part" } else { "digits fall apart" };
+        let of = if apart.points == 1 { "point" } else { "points" };
+        let (file, line) = (&apart.quote.file, apart.quote.line);
+        let _ = writeln!(out, "\n{file}:{line}: {what} here at {} {of}", apart.points);
+        apart.quote.write(out);
+    }
+    if lines.len() > LISTED {
+        let _ = writeln!(out, "\n({} more places: --json lists them)", lines.len() - LISTED);
+    }
 }
 
 fn one(event: &Event, of: usize, out: &mut String) {

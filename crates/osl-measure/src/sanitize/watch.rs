@@ -90,7 +90,7 @@ pub struct Points<'a> {
 }
 
 impl Points<'_> {
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.pixels.map_or(self.size.0.saturating_mul(self.size.1), <[u32]>::len)
     }
 
@@ -128,6 +128,7 @@ pub fn sanitize(
         digits_lost: DIGITS_LOST,
         lost_at: LOST_AT,
         events: Vec::new(),
+        rounding: None,
     };
     let stride = stride(count);
     // A trace may be large, so only a few are kept at a time.
@@ -188,13 +189,13 @@ pub fn sanitize(
 }
 
 /// The point that is visited as number `at`.
-fn nth(at: usize, stride: usize, count: usize) -> usize {
+pub(super) fn nth(at: usize, stride: usize, count: usize) -> usize {
     (at as u128 * stride as u128 % count.max(1) as u128) as usize
 }
 
 /// A step that visits each of `count` points once, and leaves no large part of them for the end: near the
 /// golden section, and with no common divisor.
-fn stride(count: usize) -> usize {
+pub(super) fn stride(count: usize) -> usize {
     const GOLDEN: f64 = 0.618_034;
     let near = (count as f64 * GOLDEN) as usize;
     (near.max(1)..).find(|step| common_divisor(*step, count) == 1).unwrap_or(1)

@@ -1,6 +1,7 @@
 //! The follower, which walks the IR for one point.
 
 use super::kernel::{Closures, Kernels, LARGE_CALLS, NoiseCall};
+use super::random::Random;
 use super::{Exact, Node, NodeId, OnePoint, Trace, What, eval};
 use osl_exec::Services;
 use osl_ir::Span;
@@ -35,6 +36,28 @@ const NONE: NodeId = NodeId::MAX;
 /// Follows a point through a body from [`super::prepare`], for at most as many instructions as `limits`
 /// allow.
 pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Limits) -> Trace {
+    followed(body, services, point, limits, (Way::Both, None))
+}
+
+/// The same in single precision alone, where each result is rounded up or down by chance. Each `run` has
+/// choices of its own.
+pub fn follow_rounded(
+    body: &Body,
+    services: &Services,
+    point: OnePoint<'_>,
+    limits: &Limits,
+    run: u32,
+) -> Trace {
+    followed(body, services, point, limits, (Way::Strict, Some(Random::new(run, point.point))))
+}
+
+fn followed(
+    body: &Body,
+    services: &Services,
+    point: OnePoint<'_>,
+    limits: &Limits,
+    (way, random): (Way, Option<Random>),
+) -> Trace {
     let max_nodes = usize::try_from(limits.running.trace).unwrap_or(usize::MAX);
     let elements = |slot: &osl_ir::ir::Slot| vec![NONE; slot.len.unwrap_or(0) as usize];
     let mut follower = Follower {
@@ -48,9 +71,10 @@ pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Li
         spent: 0,
         closures: 0,
         result: None,
+        random,
     };
-    let cut = follower.block(body.entry, Way::Both).is_err();
-    let outputs = if cut { Vec::new() } else { follower.outputs() };
+    let cut = follower.block(body.entry, way).is_err();
+    let outputs = if cut { Vec::new() } else { follower.outputs(way) };
     Trace { nodes: follower.nodes, outputs, cut }
 }
 
@@ -69,6 +93,8 @@ struct Follower<'a> {
     closures: i32,
     /// The first result of the instruction that makes nodes.
     result: Option<ValueId>,
+    /// How results are rounded, if not to the nearest.
+    random: Option<Random>,
 }
 
 /// Cost, in nodes, of running the interpreter for one call: about the time of that many nodes.
@@ -82,7 +108,7 @@ const ELEMENT: usize = 8;
 const BYTES: usize = 64;
 
 impl Follower<'_> {
-    fn outputs(&mut self) -> Vec<(Arc<str>, osl_ir::types::Type, Vec<NodeId>)> {
+    fn outputs(&mut self, way: Way) -> Vec<(Arc<str>, osl_ir::types::Type, Vec<NodeId>)> {
         let body = self.body;
         let mut outputs = Vec::new();
         for output in &body.outputs {
@@ -90,7 +116,7 @@ impl Follower<'_> {
                 Source::Value(v) => vec![self.of(v)],
                 Source::Slot(slot) => {
                     let count = body.slot(slot).len.unwrap_or(0) as usize;
-                    (0..count).filter_map(|i| self.element(slot, [i, i], &[], Way::Both).ok()).collect()
+                    (0..count).filter_map(|i| self.element(slot, [i, i], &[], way).ok()).collect()
                 }
             };
             outputs.push((output.name.clone(), output.ty, nodes));
@@ -250,7 +276,11 @@ impl Follower<'_> {
                 (LaneOp::KSome, [a]) => Some(Const::Int((*a != Const::Null).into())),
                 _ => None,
             };
-            closures.or_else(|| op.eval(&values)).unwrap_or_else(|| Const::zero(result))
+            let value = closures.or_else(|| op.eval(&values)).unwrap_or_else(|| Const::zero(result));
+            match self.random {
+                Some(random) => random.lane(op, &values, value, self.nodes.len()),
+                None => value,
+            }
         });
         let exact = way.exact().then(|| {
             let values: Vec<Exact> = nodes.iter().zip(kinds).map(|(n, k)| self.exact(*n, k)).collect();
@@ -283,7 +313,7 @@ impl Follower<'_> {
             nodes.iter().zip(args).map(|(n, a)| self.exact(*n, body.kind(*a))).collect();
         let (strict, exact) = match NoiseCall::of(kernel, &strict_args) {
             Some(call) => (
-                way.strict().then(|| call.strict(&strict_args, &kinds)),
+                way.strict().then(|| self.noise(&call, &strict_args, &kinds)),
                 way.exact().then(|| call.exact(&exact_args, &kinds)),
             ),
             None => {
@@ -334,6 +364,16 @@ impl Follower<'_> {
             self.set(Some(result), node);
         }
         Ok(())
+    }
+
+    /// The results of a noise in single precision.
+    fn noise(&self, call: &NoiseCall, args: &[Const], kinds: &[Kind]) -> Vec<Const> {
+        let results = call.strict(args, kinds);
+        let Some(random) = self.random else { return results };
+        let wide: Vec<Exact> = args.iter().map(Exact::widen).collect();
+        let exact = call.exact(&wide, kinds);
+        let one = |((result, exact), at)| random.noise(result, exact, self.nodes.len() + at);
+        results.into_iter().zip(&exact).zip(0..).map(one).collect()
     }
 
     /// A closure in each arithmetic. Scaled by zero, and as a sum of nothing, it is null, as in a run.

@@ -10,9 +10,10 @@ mod exact;
 mod follow;
 mod kernel;
 mod point;
+mod random;
 
 pub use exact::{Exact, eval};
-pub use follow::follow;
+pub use follow::{follow, follow_rounded};
 pub use kernel::noise;
 pub(crate) use kernel::{NoiseCall, run_call};
 pub use point::OnePoint;

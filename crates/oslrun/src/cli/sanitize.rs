@@ -40,6 +40,10 @@ pub(super) struct SanitizeArgs {
     /// domain, edges, index, nan, infinity, cancellation, denormal; or any.
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
     fail_on: Vec<Wanted>,
+    /// Also follow up to 1024 of the points three times with random rounding, and say in how many digits the
+    /// results agree and where digits fall apart: a second opinion that needs no double precision.
+    #[arg(long)]
+    random_rounding: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -99,7 +103,14 @@ pub(super) fn sanitize(args: &SanitizeArgs, out: &mut dyn Write, err: &mut dyn W
     };
     let subject = Subject::new(body, &options);
     let places = Points { source: &*points, size: (width, height), pixels: pixels.as_deref() };
-    let examine = || sanitize::sanitize(&subject, &services, &places, &sources, &name);
+    let examine = || {
+        let mut examined = sanitize::sanitize(&subject, &services, &places, &sources, &name);
+        if args.random_rounding {
+            let found = sanitize::rounding(&subject, &services, &places, &sources);
+            examined.report.rounding = Some(found);
+        }
+        examined
+    };
     let examined = super::session::on_threads(run.threads, examine)?;
     let report = &examined.report;
     let mut text = if args.json { json(report)? } else { sanitize::text::text(report) };

@@ -84,6 +84,26 @@ fn a_map_shows_where_events_are() {
 }
 
 #[test]
+fn random_rounding_counts_digits() {
+    let folder = folder();
+    let text = "shader s(output float far = 0, output float near = 0)\n{\n    float third = u + 1.0 / 3.0;\n    \
+                far = (4096 + third) - 4096;\n    near = third * 2;\n}\n";
+    std::fs::write(folder.path().join("digits.osl"), text).unwrap();
+    let (code, out, err) = run(folder.path(), "@/digits.osl --random-rounding --json");
+    assert_eq!((code, err.as_str()), (0, ""));
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let outputs = &value["rounding"]["outputs"];
+    let least = |at: usize| outputs[at]["least"].as_f64().unwrap();
+    assert_eq!(outputs[0]["name"], "far");
+    assert!(least(0) < 4.0 && least(1) > 6.0, "{outputs}");
+    assert_eq!(value["rounding"]["lines"][0]["line"], 4);
+    let (_, text, _) = run(folder.path(), "@/digits.osl --random-rounding");
+    assert!(text.contains("Random rounding: digits in which 3 runs agree, at 1024 points"), "{text}");
+    let (_, without, _) = run(folder.path(), "@/digits.osl");
+    assert!(text.starts_with(&without), "{text}");
+}
+
+#[test]
 fn the_time_can_be_over() {
     let folder = folder();
     let text = "shader s(output float r = 0) { for (int i = 0; i < 10000; i++) r += sin(r + u); }";
