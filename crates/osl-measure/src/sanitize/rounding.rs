@@ -105,8 +105,11 @@ impl Spread {
     }
 }
 
+/// A place to blame, and whether the runs take different paths after it.
+type Blamed = (Span, bool);
+
 /// A point: for each output, the spreads of its numbers and the place to blame if they are too large.
-struct Compared(Vec<(Vec<Spread>, Option<(Span, bool)>)>);
+struct Compared(Vec<(Vec<Spread>, Option<Blamed>)>);
 
 /// Follows points three times, on all threads. The result does not depend on their number.
 pub fn rounding(
