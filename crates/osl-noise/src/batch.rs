@@ -129,7 +129,7 @@ fn cut<'a, T, const N: usize>(slices: &[&'a [T]], from: usize, n: usize) -> [&'a
 }
 
 fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_, T>) {
-    let Call { coords, periods, out, .. } = call;
+    let Call { kind, coords, periods, out } = call;
     let lengths = coords.iter().chain(periods).map(|s| s.len());
     let n = lengths.min().unwrap_or(0);
     let periodic = periods.len() >= D;
@@ -137,7 +137,7 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
         Out::One(out) => {
             let n = n.min(out.len());
             let (c, out): ([&[T]; D], _) = (cut(coords, 0, n), &mut out[..n]);
-            if periodic {
+            if F::HAS_PERIODS && periodic {
                 return T::dispatch(isa, OnePeriodic { field, c, p: cut(periods, 0, n), out });
             }
             let done = field.shared(isa, c, out);
@@ -147,20 +147,41 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             let n = n.min(x.len()).min(y.len()).min(z.len());
             let c: [&[T]; D] = cut(coords, 0, n);
             let out = [&mut x[..n], &mut y[..n], &mut z[..n]];
-            if periodic {
+            if F::HAS_PERIODS && periodic {
                 return T::dispatch(isa, ThreePeriodic { field, c, p: cut(periods, 0, n), out });
             }
             T::dispatch(isa, Three { field, c, out });
         }
         Out::Dual([v, dx, dy]) => {
             let n = n.min(v.len()).min(dx.len()).min(dy.len());
+            if F::IS_STEPPED {
+                dx[..n].fill(T::lit(0.0));
+                dy[..n].fill(T::lit(0.0));
+                let coords = &coords[..D];
+                return by_form::<T, F, D>(
+                    isa,
+                    field,
+                    Call { kind, coords, periods, out: Out::One(&mut v[..n]) },
+                );
+            }
             let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
             T::dispatch(isa, OneDual { field, c, p, out: [&mut v[..n], &mut dx[..n], &mut dy[..n]] });
         }
         Out::Duals(out) => {
             let n = out.iter().fold(n, |n, o| n.min(o.len()));
+            if F::IS_STEPPED {
+                let [x, y, z, partials @ ..] = out;
+                for partial in partials {
+                    partial[..n].fill(T::lit(0.0));
+                }
+                let (coords, out) = (&coords[..D], Out::Three([&mut x[..n], &mut y[..n], &mut z[..n]]));
+                return by_form::<T, F, D>(isa, field, Call { kind, coords, periods, out });
+            }
             let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
-            T::dispatch(isa, ThreeDual { field, c, p, out, n });
+            if size_of::<T>() == size_of::<f32>() && p.is_none() {
+                return T::dispatch(isa, ThreeDual { field, c, out, n });
+            }
+            T::dispatch(isa, ThreeDualRare { field, c, p, out, n });
         }
     }
 }
@@ -264,7 +285,7 @@ impl<T: Float, F: Field, const D: usize> Kernel for OneDual<'_, T, F, D> {
     fn run(self) {
         let OneDual { field, c, p, out: [v, dx, dy] } = self;
         let c = c.same(v.len());
-        match p.map(|p| same(p, v.len())) {
+        match p.filter(|_| F::HAS_PERIODS).map(|p| same(p, v.len())) {
             None => fill_three(
                 v,
                 dx,
@@ -289,7 +310,43 @@ impl<T: Float, F: Field, const D: usize> Kernel for OneDual<'_, T, F, D> {
     }
 }
 
+/// Nine results in vectors.
 struct ThreeDual<'a, T, F, const D: usize> {
+    field: F,
+    c: Duals<'a, T, D>,
+    out: [&'a mut [T]; 9],
+    n: usize,
+}
+
+/// Lanes that are computed into arrays of their own before they are copied. So the compiler need not ask
+/// whether any of nine results overlaps with a coordinate, and uses vectors.
+const PIECE: usize = 64;
+
+impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let ThreeDual { field, c, mut out, n } = self;
+        let mut piece = [[T::lit(0.0); PIECE]; 9];
+        for start in (0..n).step_by(PIECE) {
+            let lanes = start..start + PIECE.min(n - start);
+            let c = c.part(lanes.clone());
+            for i in 0..lanes.len() {
+                let values = flat(field.three_dual(c.at(i), None));
+                for (lanes, value) in piece.iter_mut().zip(values) {
+                    lanes[i] = value;
+                }
+            }
+            for (out, piece) in out.iter_mut().zip(&piece) {
+                out[lanes.clone()].copy_from_slice(&piece[..lanes.len()]);
+            }
+        }
+    }
+}
+
+/// Nine results a lane at a time: for double precision, which is a reference, and for periods. Vectors would
+/// take the compiler longer than they save.
+struct ThreeDualRare<'a, T, F, const D: usize> {
     field: F,
     c: Duals<'a, T, D>,
     p: Option<[&'a [T]; D]>,
@@ -297,23 +354,27 @@ struct ThreeDual<'a, T, F, const D: usize> {
     n: usize,
 }
 
-impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
+impl<T: Float, F: Field, const D: usize> Kernel for ThreeDualRare<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let ThreeDual { field, c, p, mut out, n } = self;
+        let ThreeDualRare { field, c, p, mut out, n } = self;
         for i in 0..n {
             let periods = p.map(
                 #[inline(always)]
                 |p| at(p, i),
             );
-            let d = field.three_dual(c.at(i), periods);
-            let flat = [d[0].v, d[1].v, d[2].v, d[0].dx, d[1].dx, d[2].dx, d[0].dy, d[1].dy, d[2].dy];
-            for (lanes, value) in out.iter_mut().zip(flat) {
+            for (lanes, value) in out.iter_mut().zip(flat(field.three_dual(c.at(i), periods))) {
                 lanes[i] = value;
             }
         }
     }
+}
+
+/// The values, then the partials in the first direction, then those in the second.
+#[inline(always)]
+fn flat<T: Float>(d: [Dual<T>; 3]) -> [T; 9] {
+    [d[0].v, d[1].v, d[2].v, d[0].dx, d[1].dx, d[2].dx, d[0].dy, d[1].dy, d[2].dy]
 }
 
 /// Slices cut to length `n`, so that the compiler removes bounds checks from loops.
@@ -350,6 +411,16 @@ impl<'a, T: Float, const D: usize> Duals<'a, T, D> {
     #[inline(always)]
     fn same(&self, n: usize) -> Self {
         Duals { v: same(self.v, n), dx: same(self.dx, n), dy: same(self.dy, n) }
+    }
+
+    /// Some of the lanes.
+    #[inline(always)]
+    fn part(&self, lanes: std::ops::Range<usize>) -> Self {
+        let [v, dx, dy] = [self.v, self.dx, self.dy].map(
+            #[inline(always)]
+            |slices| slices.map(|slice| &slice[lanes.clone()]),
+        );
+        Duals { v, dx, dy }
     }
 
     #[inline(always)]

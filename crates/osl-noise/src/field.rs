@@ -34,6 +34,10 @@ impl Kind {
 
 /// A field as a type, so that each loop over it is compiled separately.
 pub(crate) trait Field: Copy {
+    /// Whether all partials are 0, since the field only steps. Such a field needs no loops for partials.
+    const IS_STEPPED: bool = false;
+    /// Whether the field has a periodic form. Without one, periods are ignored.
+    const HAS_PERIODS: bool = true;
     /// Computes one value at each point as long as the points share few cells; returns the number of points
     /// done.
     fn shared<F: Float, const D: usize>(self, isa: Isa, coords: [&[F]; D], out: &mut [F]) -> usize {
@@ -44,7 +48,7 @@ pub(crate) trait Field: Copy {
     fn one<F: Float, const D: usize>(self, p: [F; D]) -> F;
     /// Three values.
     fn three<F: Float, const D: usize>(self, p: [F; D]) -> [F; 3];
-    /// One value of the field repeated with the periods. Simplex noise has no periodic form and ignores them.
+    /// One value of the field repeated with the periods.
     fn one_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> F;
     /// Three values, the field repeated.
     fn three_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> [F; 3];
@@ -68,6 +72,7 @@ macro_rules! stepped {
         pub(crate) struct $name;
 
         impl Field for $name {
+            const IS_STEPPED: bool = true;
             #[inline(always)]
             fn one<F: Float, const D: usize>(self, p: [F; D]) -> F {
                 cell::one($words(p))
@@ -188,6 +193,7 @@ impl Simplex {
 }
 
 impl Field for Simplex {
+    const HAS_PERIODS: bool = false;
     #[cfg(target_arch = "x86_64")]
     fn shared<F: Float, const D: usize>(self, isa: Isa, coords: [&[F]; D], out: &mut [F]) -> usize {
         let Some((coords, out)) = F::singles(coords, out) else { return 0 };
