@@ -1,5 +1,6 @@
-//! Operations of several instructions: the inverse root, the upper half of a product, and the length with its seldom taken path, which the
-//! code chooses for all lanes of a vector. This module must not know which registers hold which values.
+//! Operations of several instructions: the inverse root, the upper half of a product, and the length with its
+//! seldom taken path, which the code chooses for all lanes of a vector. This module must not know which
+//! registers hold which values.
 
 use super::MAGNITUDE;
 use super::encode::{Rm, Ymm, name};

@@ -184,8 +184,8 @@ impl<'a> Integer<'a> {
 }
 
 /// A factor and a distance: the upper half of a number's product with the factor, shifted right by the
-/// distance, is the quotient by a divisor that is above 2 and no power of two, rounded down; for a number below
-/// zero one less than the quotient (Granlund and Montgomery, "Division by Invariant Integers using
+/// distance, is the quotient by a divisor that is above 2 and no power of two, rounded down; for a number
+/// below zero one less than the quotient (Granlund and Montgomery, "Division by Invariant Integers using
 /// Multiplication", 1994).
 fn inverse(divisor: u32) -> (u32, i32) {
     let divisor = u64::from(divisor);

@@ -25,7 +25,8 @@ pub(super) const WORTH: [f32; 2] = [0.25, 0.6];
 /// The next finer lattice has to prove itself only up to this estimate, as a multiple of the bound.
 pub(super) const NEAR: f32 = 2.0;
 /// If a settled probe of the coarsest lattice has an error above this share of the bound, there are a third
-/// more probes, because a few pixels that fail were probably missed. More probes would cost more than a tenth.
+/// more probes, because a few pixels that fail were probably missed. More probes would cost more than a
+/// tenth.
 pub(super) const NEAR_FAILURE: f32 = 0.8;
 /// Share of the probes that may fail if a lattice is to do for all pixels.
 pub(super) const FAILED: f32 = 0.005;

@@ -335,8 +335,8 @@ pub(super) struct SampleArgs {
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["samples", "adaptive", "max_error", "prefilter"], help_heading = heading::SAMPLES)]
     pub(super) within: Option<Duration>,
     /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed. Some
-    /// pixels show beforehand which of them to filter: those that help there, make none of these pixels worse,
-    /// and do not cost more than two other samples. With --stats, a sentence says what is filtered.
+    /// pixels show beforehand which of them to filter: those that help there, make none of these pixels
+    /// worse, and do not cost more than two other samples. With --stats, a sentence says what is filtered.
     #[arg(long, conflicts_with_all = ["adaptive", "max_error"], help_heading = heading::SAMPLES)]
     pub(super) prefilter: bool,
 }
