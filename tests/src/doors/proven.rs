@@ -6,13 +6,15 @@ use crate::{enclosed, generate, laws, run};
 use osl::stages::{self, Compiled};
 use osl_exec::{PointSource, RunError, RunOptions};
 use osl_ir::passes;
-use osl_limits::Limits;
+use osl_limits::{Cancel, Limits};
 use osl_measure::bounds;
 use osl_measure::lod::{self, Stop};
 use osl_measure::stability::fix::Built;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 use std::collections::BTreeSet;
+use std::sync::mpsc;
+use std::time::Duration;
 
 /// Bounds for a part of the plane, and runs at random points of it.
 pub fn bounds(bytes: &[u8]) -> u64 {
@@ -53,6 +55,22 @@ fn bits(text: &str, points: &Grid, options: &RunOptions) -> Option<Result<Vec<Ve
     Some(frame.map(|frame| frame.planes.into_iter().map(|plane| plane.words.to_vec()).collect()))
 }
 
+/// The time of a search for levels, like that of `oslrun lod`.
+const LOD_SECONDS: u64 = 2;
+
+/// Cancels after so many seconds; the watch ends when the sender is dropped.
+fn within(seconds: u64) -> (Cancel, mpsc::Sender<()>) {
+    let cancel = Cancel::new();
+    let watched = cancel.clone();
+    let (running, ends) = mpsc::channel::<()>();
+    std::thread::spawn(move || {
+        if ends.recv_timeout(Duration::from_secs(seconds)) == Err(mpsc::RecvTimeoutError::Timeout) {
+            watched.cancel();
+        }
+    });
+    (cancel, running)
+}
+
 /// Levels of detail: what is written compiles, and has the bits of the original where the original runs.
 pub fn lod(bytes: &[u8]) -> u64 {
     let text = generate::program(bytes);
@@ -68,6 +86,8 @@ pub fn lod(bytes: &[u8]) -> u64 {
     let grid = Grid::new(4, 3);
     let mut limits = Limits::default();
     limits.running.point_steps = 2_000;
+    let (cancel, watch) = within(LOD_SECONDS);
+    let watched = RunOptions { limits: limits.until(&cancel), ..RunOptions::default() };
     let options = RunOptions { limits, ..RunOptions::default() };
     let found = lod::lod(&lod::Request {
         text: &text,
@@ -77,12 +97,13 @@ pub fn lod(bytes: &[u8]) -> u64 {
         build: &build,
         grid: &grid,
         services: laws::services(),
-        options: &options,
+        options: &watched,
         samples: 1,
         tolerance: 0.004,
         seed: 1,
         pictures: false,
     });
+    drop(watch);
     let report = match found {
         Ok(report) => report,
         Err(Stop::Refused(why)) if why.contains("bug") => broken(&text, &why),

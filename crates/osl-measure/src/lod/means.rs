@@ -198,7 +198,8 @@ pub(super) fn measured(
         let means: Option<Vec<f64>> = parts.clone().map(mean).collect();
         let Some(means) = means else { continue };
         let widest = parts.map(spread).fold(0.0, f64::max);
-        own.mean = value(own.ty, &means, widest);
+        let Some(text) = value(own.ty, &means, widest) else { continue };
+        own.mean = text;
         out.push(own);
     }
     Ok(out)
@@ -217,29 +218,55 @@ fn run(
     Ok((names, shading.chosen(&pixels, 1)?))
 }
 
-/// A value as an expression of this type: with so many digits that they lose nothing of a range.
-pub(super) fn value(ty: Type, means: &[f64], range: f64) -> String {
-    match (word(ty), means) {
+/// A value as an expression of this type: with so many digits that they lose nothing of a range. None if the
+/// value is not finite.
+pub(super) fn value(ty: Type, means: &[f64], range: f64) -> Option<String> {
+    if !means.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    Some(match (word(ty), means) {
         (Some(word), [x, y, z]) => {
             let [x, y, z] = [x, y, z].map(|x| number(*x, range));
             if x == y && y == z { format!("{word}({x})") } else { format!("{word}({x}, {y}, {z})") }
         }
+        (_, [x, ..]) if ty == Type::INT => {
+            let most = f64::from(i32::MAX);
+            format!("{:.0}", x.clamp(-most, most))
+        }
         (_, [x, ..]) => number(*x, range),
         (_, []) => "0".to_string(),
-    }
+    })
 }
 
-/// A number with about four digits of a range.
+/// A number with about four digits of a range, and with at most the digits of a float.
 fn number(x: f64, range: f64) -> String {
-    let mut digits = 0;
-    let mut unit = 1e-3 * if range > 0.0 && range.is_finite() { range } else { x.abs().max(1e-30) };
-    while unit < 1.0 && digits < 30 {
-        unit *= 10.0;
-        digits += 1;
+    let mut text = trimmed(format!("{:?}", x as f32));
+    if range > 0.0 && range.is_finite() {
+        let mut digits = 0;
+        let mut unit = 1e-3 * range;
+        while unit < 1.0 && digits < 30 {
+            unit *= 10.0;
+            digits += 1;
+        }
+        let rounded = trimmed(format!("{x:.digits$}"));
+        if rounded.len() <= text.len() {
+            text = rounded;
+        }
     }
-    let text = format!("{x:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_string() } else { text.to_string() }
+    let is_int_text = !text.contains(['.', 'e']);
+    if is_int_text && x.abs() > f64::from(i32::MAX) {
+        // Without a point, this would be an int out of range.
+        text.push_str(".0");
+    }
+    if text == "-0" { "0".to_string() } else { text }
+}
+
+/// Without zeros at the end of a fraction.
+fn trimmed(mut text: String) -> String {
+    if text.contains('.') && !text.contains('e') {
+        text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
+    }
+    text
 }
 
 #[cfg(test)]
@@ -248,11 +275,25 @@ mod tests {
 
     #[test]
     fn values_are_short_and_lose_nothing_of_the_range() {
-        assert_eq!(value(Type::FLOAT, &[0.123_456], 1.0), "0.123");
-        assert_eq!(value(Type::FLOAT, &[-0.000_01], 1.0), "0");
-        assert_eq!(value(Type::FLOAT, &[123.456], 500.0), "123.5");
-        assert_eq!(value(Type::FLOAT, &[0.001_234_56], 0.01), "0.00123");
-        assert_eq!(value(Type::COLOR, &[0.5, 0.5, 0.5], 1.0), "color(0.5)");
-        assert_eq!(value(Type::COLOR, &[0.5, 0.25, 0.0], 1.0), "color(0.5, 0.25, 0)");
+        let cases: [(Type, &[f64], f64, &str); 13] = [
+            (Type::FLOAT, &[0.123_456], 1.0, "0.123"),
+            (Type::FLOAT, &[-0.000_01], 1.0, "0"),
+            (Type::FLOAT, &[123.456], 500.0, "123.5"),
+            (Type::FLOAT, &[0.001_234_56], 0.01, "0.00123"),
+            (Type::COLOR, &[0.5, 0.5, 0.5], 1.0, "color(0.5)"),
+            (Type::COLOR, &[0.5, 0.25, 0.0], 1.0, "color(0.5, 0.25, 0)"),
+            (Type::FLOAT, &[f64::from(1e30_f32)], 0.0, "1e30"),
+            (Type::FLOAT, &[f64::from(1.234_567e30_f32)], 1e33, "1.234567e30"),
+            (Type::FLOAT, &[f64::from(-3e9_f32)], 0.0, "-3000000000.0"),
+            (Type::FLOAT, &[f64::from(0.1_f32)], 1e-30, "0.1"),
+            (Type::FLOAT, &[f64::from(1.5e-45_f32)], 0.0, "1e-45"),
+            (Type::INT, &[1e10], 5.0, "2147483647"),
+            (Type::INT, &[-7.0], 0.0, "-7"),
+        ];
+        for (ty, means, range, text) in cases {
+            assert_eq!(value(ty, means, range).as_deref(), Some(text), "{means:?} in {range}");
+        }
+        assert_eq!(value(Type::FLOAT, &[f64::NAN], 1.0), None);
+        assert_eq!(value(Type::COLOR, &[0.0, f64::INFINITY, 0.0], 1.0), None);
     }
 }

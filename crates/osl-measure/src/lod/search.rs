@@ -91,7 +91,7 @@ impl Search<'_, '_> {
             return None;
         }
         // At footprint 1 the original always runs.
-        for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
+        'next: for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
             let over: Vec<&Truth> = self.fitted.iter().skip(from).map(|known| &known.truth).collect();
             let mut planes = self.judge.means(&over);
             let mut means = Vec::new();
@@ -101,7 +101,7 @@ impl Search<'_, '_> {
                 if is_int {
                     own.iter_mut().for_each(|x| *x = x.round());
                 }
-                let text = value(output.ty, own, output.range);
+                let Some(text) = value(output.ty, own, output.range) else { continue 'next };
                 means.push(Mean { name: output.name.clone(), text, is_int });
             }
             let is_good =
