@@ -15,8 +15,8 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// Evaluates a polynomial; the coefficients begin with the highest power.
 #[inline(always)]
 fn horner<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
-    let mut sum = 0.0;
-    let mut i = 0;
+    let mut sum = coefficients[0];
+    let mut i = 1;
     while i < N {
         sum = sum * x + coefficients[i];
         i += 1;

@@ -6,6 +6,8 @@ use crate::float::Float;
 pub(crate) trait Number: Copy {
     /// The type of its value.
     type Float: Float;
+    /// How many numbers it holds: 1, or 3 with partials.
+    const PARTS: usize;
     /// A constant with zero partials.
     fn constant(value: Self::Float) -> Self;
     /// Converts from a dual number, dropping what this type does not hold.
@@ -29,6 +31,7 @@ pub(crate) trait Number: Copy {
 
 impl<F: Float> Number for F {
     type Float = F;
+    const PARTS: usize = 1;
     #[inline(always)]
     fn constant(value: F) -> F {
         value
@@ -88,6 +91,7 @@ pub(crate) struct Dual<F = f32> {
 
 impl<F: Float> Number for Dual<F> {
     type Float = F;
+    const PARTS: usize = 3;
     #[inline(always)]
     fn constant(value: F) -> Dual<F> {
         Dual { v: value, dx: F::lit(0.0), dy: F::lit(0.0) }

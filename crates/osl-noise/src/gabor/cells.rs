@@ -5,6 +5,7 @@
 //! sequence multiplies a nonzero word by an odd number. Products of such draws fall below any positive bound
 //! after a few dozen steps from any start, so every loop here ends.
 
+use super::neighbourhood::{Impulse, Neighbourhood};
 use super::params::Params;
 use crate::cell::wrap;
 use crate::hash::{cell, hash, unit};
@@ -130,11 +131,7 @@ impl Cells {
     /// sequence. `way` is the offset from the middle cell's corner to the point, in cells.
     #[inline(always)]
     pub(super) fn near(&self, params: &Params, way: [f32; 3], mut full: impl FnMut(&Impulses)) {
-        let draws = params.waves.draws();
-        let mut skip = 1_u32;
-        for _ in 0..draws {
-            skip = skip.wrapping_mul(MULTIPLIER);
-        }
+        let skip = skip(params);
         let mut seeds = self.seeds;
         let mut found = Impulses::new();
         for round in 0..self.most {
@@ -163,15 +160,41 @@ impl Cells {
                 lanes &= lanes - 1;
                 found.push(l as u8, [r[0][l], r[1][l], r[2][l]], at[l]);
             }
-            if found.len > CAPACITY - WIDTH {
+            let last = round + 1 == self.most;
+            if found.len > CAPACITY - WIDTH || (last && found.len > 0) {
                 full(&found);
                 found.len = 0;
             }
         }
-        if found.len > 0 {
-            full(&found);
+    }
+
+    /// Lists all impulses.
+    pub(super) fn list(&self, params: &Params, to: &mut Neighbourhood) {
+        let skip = skip(params);
+        to.clear();
+        for (cell, (seed, count)) in self.seeds.iter().zip(self.counts).enumerate().take(CELLS) {
+            let mut seed = *seed;
+            for _ in 0..count {
+                let mut next = seed;
+                let z = draw(&mut next);
+                let y = draw(&mut next);
+                let x = draw(&mut next);
+                let offset = [OFFSETS[0][cell], OFFSETS[1][cell], OFFSETS[2][cell]];
+                to.push(Impulse { offset, position: [x, y, z], seed: next, cell });
+                seed = next.wrapping_mul(skip);
+            }
         }
     }
+}
+
+/// The factor that moves a sequence over the draws for an impulse's wave.
+#[inline(always)]
+fn skip(params: &Params) -> u32 {
+    let mut skip = 1_u32;
+    for _ in 0..params.waves.draws() {
+        skip = skip.wrapping_mul(MULTIPLIER);
+    }
+    skip
 }
 
 /// Capacity of [`Impulses`]; rarely do more impulses meet at a point.

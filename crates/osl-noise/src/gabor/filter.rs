@@ -2,6 +2,7 @@
 //! coordinates.
 
 use super::waves::TWO_PI;
+use super::{LANES, Lanes};
 use crate::math::normalize;
 
 /// A 2×2 matrix by rows, applied to row vectors.
@@ -114,5 +115,52 @@ impl Filter {
             shift: product.times(inverse_gabor),
             a: ((std::f64::consts::TAU * area) as f32).sqrt(),
         })
+    }
+}
+
+/// A filter for each point of a cluster, in columns.
+pub(super) struct Filters([Lanes; 20]);
+
+impl Filters {
+    /// The same filter in all lanes.
+    pub(super) fn new(filter: &Filter) -> Filters {
+        Filters(filter.words().map(|word| [word; LANES]))
+    }
+
+    /// Changes the filter of a lane.
+    pub(super) fn set(&mut self, lane: usize, filter: &Filter) {
+        for (lanes, word) in self.0.iter_mut().zip(filter.words()) {
+            lanes[lane % LANES] = word;
+        }
+    }
+
+    /// The filter of a lane.
+    #[inline(always)]
+    pub(super) fn at(&self, lane: usize) -> Filter {
+        let word = |i: usize| self.0[i][lane];
+        let matrix = |i: usize| Matrix([[word(i), word(i + 1)], [word(i + 2), word(i + 3)]]);
+        let axis = |i: usize| [word(i), word(i + 1), word(i + 2)];
+        Filter {
+            frame: [axis(0), axis(3), axis(6)],
+            footprint: word(9),
+            overlap: word(10),
+            inverse_sum: matrix(11),
+            shift: matrix(15),
+            a: word(19),
+        }
+    }
+}
+
+impl Filter {
+    /// Whether another filter has the same bits.
+    pub(super) fn same(&self, other: &Filter) -> bool {
+        self.words().map(f32::to_bits) == other.words().map(f32::to_bits)
+    }
+
+    fn words(&self) -> [f32; 20] {
+        let [[a, b, c], [d, e, f], [g, h, i]] = self.frame;
+        let Matrix([[p, q], [r, s]]) = self.inverse_sum;
+        let Matrix([[t, u], [v, w]]) = self.shift;
+        [a, b, c, d, e, f, g, h, i, self.footprint, self.overlap, p, q, r, s, t, u, v, w, self.a]
     }
 }

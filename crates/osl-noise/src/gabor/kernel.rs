@@ -2,7 +2,7 @@
 //! the surface.
 
 use super::filter::Filter;
-use super::waves::{TWO_PI, Wave};
+use super::waves::TWO_PI;
 use crate::math;
 use crate::number::Number;
 
@@ -15,18 +15,60 @@ pub(super) struct Contribution<N> {
     pub(super) angle: f32,
 }
 
+/// A wave as a kernel sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Seen {
+    /// Frequency: along the axes of space, or with a filter along its plane, changed by it, and its normal.
+    pub(super) omega: [f32; 3],
+    /// Factor of the kernel, 1 without a filter.
+    pub(super) damping: f32,
+}
+
+/// What a filter makes of a frequency. The result depends on nothing else, so all impulses with the same
+/// frequency share it, and so do all points with the same filter.
+#[inline(always)]
+pub(super) fn seen(filter: Option<&Filter>, omega: [f32; 3]) -> Seen {
+    let Some(filter) = filter else { return Seen { omega, damping: 1.0 } };
+    let [t, b, n] = filter.frame;
+    let dot = |axis: [f32; 3]| omega[0] * axis[0] + omega[1] * axis[1] + omega[2] * axis[2];
+    let mu = [dot(t), dot(b)];
+    let y = filter.inverse_sum.row(mu);
+    let damping = math::exp(-0.5 * (y[0] * mu[0] + y[1] * mu[1]));
+    let shifted = filter.shift.row(mu);
+    Seen { omega: [shifted[0], shifted[1], dot(n)], damping }
+}
+
 /// Plain or filtered. `FAR` permits waves of any frequency, see [`math::sin_cos`].
 #[inline(always)]
 pub(super) fn contribution<N: Number<Float = f32>, const FAR: bool>(
     filter: Option<&Filter>,
     a: f32,
     r: [N; 3],
-    wave: Wave,
+    seen: Seen,
+    phase: f32,
 ) -> Contribution<N> {
     match filter {
-        None => wavelet::<N, 3, FAR>(N::constant(1.0), wave.omega, N::constant(wave.phase), a, r),
-        Some(filter) => filtered::<N, FAR>(filter, a, r, wave),
+        None => wavelet::<N, 3, FAR>(N::constant(1.0), seen.omega, N::constant(phase), a, r),
+        Some(filter) => filtered::<N, FAR>(filter, a, r, seen, phase),
     }
+}
+
+/// Handles what a loop over lanes does not: waves of extreme frequency, and the plain kernel in place of a
+/// filtered one that is not finite.
+#[cold]
+#[inline(never)]
+pub(super) fn careful<N: Number<Float = f32>>(
+    filter: Option<&Filter>,
+    a: f32,
+    r: [N; 3],
+    omega: [f32; 3],
+    phase: f32,
+) -> N {
+    let one = contribution::<N, true>(filter, a, r, seen(filter, omega), phase).value;
+    if filter.is_some() && !one.value().is_finite() {
+        return contribution::<N, true>(None, a, r, seen(None, omega), phase).value;
+    }
+    one
 }
 
 /// weight · exp(−π a² |r|²) · cos(2π ω·r + φ).
@@ -66,18 +108,16 @@ fn filtered<N: Number<Float = f32>, const FAR: bool>(
     filter: &Filter,
     a: f32,
     r: [N; 3],
-    wave: Wave,
+    seen: Seen,
+    phase: f32,
 ) -> Contribution<N> {
     let [t, b, n] = filter.frame;
     let onto = |axis: [f32; 3]| r[0].scale(axis[0]).add(r[1].scale(axis[1])).add(r[2].scale(axis[2]));
-    let dot = |v: [f32; 3], axis: [f32; 3]| v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
     let away = onto(n).negate_if(1);
     let weight = bell(away.mul(away).scale(MINUS_PI * (a * a)));
-    let turn = away.scale(TWO_PI).scale(dot(wave.omega, n));
-    let phase = turn.negate_if(1).with_value(wave.phase - turn.value());
-    let mu = [dot(wave.omega, t), dot(wave.omega, b)];
-    let y = filter.inverse_sum.row(mu);
-    let damping = math::exp(-0.5 * (y[0] * mu[0] + y[1] * mu[1]));
-    let weight = weight.scale(filter.footprint).scale(filter.overlap).scale(damping);
-    wavelet::<N, 2, FAR>(weight, filter.shift.row(mu), phase, filter.a, [onto(t), onto(b)])
+    let [x, y, across] = seen.omega;
+    let turn = away.scale(TWO_PI).scale(across);
+    let phase = turn.negate_if(1).with_value(phase - turn.value());
+    let weight = weight.scale(filter.footprint).scale(filter.overlap).scale(seen.damping);
+    wavelet::<N, 2, FAR>(weight, [x, y], phase, filter.a, [onto(t), onto(b)])
 }

@@ -23,20 +23,31 @@
 //! same bits on every machine.
 
 mod cells;
+mod cluster;
 mod field;
 mod filter;
 mod kernel;
+mod neighbourhood;
 mod params;
+mod sharing;
+mod site;
 mod waves;
 
 use crate::number::{Dual, Number};
 use cells::Cells;
-use field::Site;
-use filter::Filter;
+use cluster::Cluster;
+use neighbourhood::Neighbourhood;
 use osl_simd::{Isa, Kernel};
 pub use params::Options;
 use params::Params;
+use sharing::{BLOCK, Sharing};
+use site::Sites;
 use std::marker::PhantomData;
+
+/// Points or impulses that are processed together.
+const LANES: usize = 16;
+/// A number for each of them.
+type Lanes = [f32; LANES];
 
 /// Points to evaluate, as slices with one element per point. If lengths differ, the shortest counts.
 #[derive(Clone, Copy, Debug, Default)]
@@ -58,37 +69,40 @@ pub fn radius(options: &Options) -> f32 {
 /// One value per point, about −1 to 1. `options` has either one element for all points or one per point. If
 /// the number of slices fits no dimension, the output stays unchanged, here and below.
 pub fn eval(isa: Isa, points: Points<'_>, options: &[Options], out: &mut [f32]) {
-    isa.dispatch(Call::<f32, 1, 1>::new(points, options, [out]));
+    isa.dispatch(Call::<f32>::new(points, options, &mut [out]));
 }
 
 /// Three values per point, of independent fields. The first is that of [`eval`].
-pub fn eval3(isa: Isa, points: Points<'_>, options: &[Options], out: [&mut [f32]; 3]) {
-    isa.dispatch(Call::<f32, 3, 3>::new(points, options, out));
+pub fn eval3(isa: Isa, points: Points<'_>, options: &[Options], mut out: [&mut [f32]; 3]) {
+    isa.dispatch(Call::<f32>::new(points, options, &mut out));
 }
 
 /// One value per point with its partials. `out` is the value, with the same bits as from [`eval`], and the
 /// partials in both directions. The filter is taken as constant, so the partials follow from the chain rule
 /// through the coordinates.
-pub fn eval_dual(isa: Isa, points: Points<'_>, options: &[Options], out: [&mut [f32]; 3]) {
-    isa.dispatch(Call::<Dual, 1, 3>::new(points, options, out));
+pub fn eval_dual(isa: Isa, points: Points<'_>, options: &[Options], mut out: [&mut [f32]; 3]) {
+    isa.dispatch(Call::<Dual>::new(points, options, &mut out));
 }
 
 /// Three values per point with their partials: `out` is the three values, then the three partials in the
 /// first direction, then those in the second.
-pub fn eval3_dual(isa: Isa, points: Points<'_>, options: &[Options], out: [&mut [f32]; 9]) {
-    isa.dispatch(Call::<Dual, 3, 9>::new(points, options, out));
+pub fn eval3_dual(isa: Isa, points: Points<'_>, options: &[Options], mut out: [&mut [f32]; 9]) {
+    isa.dispatch(Call::<Dual>::new(points, options, &mut out));
 }
 
-/// Evaluates fields of `SEEDS` seeds into `OUT` slices.
-struct Call<'a, N, const SEEDS: usize, const OUT: usize> {
+/// Maximum number of fields of a call, with the seeds 0, 1 and 2.
+const FIELDS: usize = 3;
+
+/// Evaluates fields into slices: a value for each field, then its partials.
+struct Call<'a, 'o, N> {
     points: Points<'a>,
     options: &'a [Options],
-    out: [&'a mut [f32]; OUT],
+    out: &'a mut [&'o mut [f32]],
     number: PhantomData<N>,
 }
 
-impl<'a, N, const SEEDS: usize, const OUT: usize> Call<'a, N, SEEDS, OUT> {
-    fn new(points: Points<'a>, options: &'a [Options], out: [&'a mut [f32]; OUT]) -> Self {
+impl<'a, 'o, N: Number> Call<'a, 'o, N> {
+    fn new(points: Points<'a>, options: &'a [Options], out: &'a mut [&'o mut [f32]]) -> Self {
         Call { points, options, out, number: PhantomData }
     }
 
@@ -106,44 +120,70 @@ impl<'a, N, const SEEDS: usize, const OUT: usize> Call<'a, N, SEEDS, OUT> {
         let n = inputs.chain(self.out.iter().map(|o| o.len())).min().unwrap_or(0);
         if self.options.len() == 1 { n } else { n.min(self.options.len()) }
     }
-}
 
-/// Element `i` of the first three slices, 0 where a slice is missing.
-fn triple(slices: &[&[f32]], i: usize) -> [f32; 3] {
-    let mut out = [0.0; 3];
-    for (to, from) in out.iter_mut().zip(slices) {
-        *to = from.get(i).copied().unwrap_or(0.0);
+    /// The number of fields.
+    fn fields(&self) -> usize {
+        (self.out.len() / N::PARTS).min(FIELDS)
     }
-    out
+
+    /// Writes a field's value and partials at a point.
+    #[inline(always)]
+    fn write(&mut self, field: usize, point: usize, values: [f32; 3]) {
+        let fields = self.fields();
+        for (part, value) in values.into_iter().enumerate().take(N::PARTS) {
+            if let Some(place) = self.out.get_mut(part * fields + field).and_then(|out| out.get_mut(point)) {
+                *place = value;
+            }
+        }
+    }
 }
 
-impl<N: Number<Float = f32>, const SEEDS: usize, const OUT: usize> Kernel for Call<'_, N, SEEDS, OUT> {
+/// Below this number of points in a cell, a point alone is faster, an impulse per lane, than a cluster, a
+/// point per lane.
+const FEW: usize = 2;
+
+impl<N: Number<Float = f32>> Kernel for Call<'_, '_, N> {
     type Output = ();
     #[inline(always)]
     fn run(mut self) {
-        let n = self.len();
-        let Points { coords, partials, periods } = self.points;
-        let (first, second) = partials.split_at(partials.len() / 2);
-        let mut cells: [Cells; SEEDS] = std::array::from_fn(|_| Cells::new());
-        let Some(mut params) = self.options.first().map(Params::new) else { return };
-        for i in 0..n {
-            let options = &self.options[if self.options.len() == 1 { 0 } else { i }];
-            if self.options.len() > 1 && i > 0 {
-                params = Params::new(options);
+        let Some(mut sites) = Sites::new(self.points, self.options) else { return };
+        let mut cells: [Cells; FIELDS] = std::array::from_fn(|_| Cells::new());
+        let mut around: [Neighbourhood; FIELDS] = std::array::from_fn(|_| Neighbourhood::default());
+        let (mut sharing, mut near, mut alone) = (Sharing::new(), Vec::new(), Vec::new());
+        let (n, fields) = (self.len(), self.fields());
+        for start in (0..n).step_by(BLOCK) {
+            sharing.clear();
+            alone.clear();
+            for i in start..n.min(start + BLOCK) {
+                if !sharing.add(i - start, &sites.key(i)) {
+                    alone.push(i);
+                }
             }
-            let (v, dx, dy) = (triple(coords, i), triple(first, i), triple(second, i));
-            let site = Site {
-                params: &params,
-                p: [0, 1, 2].map(|a| N::from_dual(Dual { v: v[a], dx: dx[a], dy: dy[a] })),
-                periods: if periods.is_empty() { None } else { Some(triple(periods, i)) },
-                filter: if options.do_filter { Filter::new([dx, dy], params.a) } else { None },
-            };
-            for (seed, cells) in cells.iter_mut().enumerate() {
-                let d = site.field(cells, seed as u32).dual();
-                for (part, value) in [d.v, d.dx, d.dy].into_iter().enumerate() {
-                    if let Some(out) = self.out.get_mut(part * SEEDS + seed) {
-                        out[i] = value;
+            for points in sharing.lists() {
+                let mut points = points.map(|i| start + i);
+                let mut listed = false;
+                while points.len() >= FEW {
+                    let cluster = Cluster::new(&mut sites, points.by_ref().take(LANES), &mut alone);
+                    for (field, around) in around.iter_mut().enumerate().take(fields) {
+                        if !listed {
+                            let cells = &mut cells[field];
+                            cells.visit(&cluster.first().place(field as u32));
+                            cells.list(&cluster.first().params, around);
+                        }
+                        let values = cluster.field::<N>(around, &mut near);
+                        for (lane, point) in cluster.points().iter().enumerate() {
+                            self.write(field, *point, values.map(|lanes| lanes[lane]));
+                        }
                     }
+                    listed = true;
+                }
+                alone.extend(points);
+            }
+            for i in &alone {
+                let site = sites.site(*i);
+                for (field, cells) in cells.iter_mut().enumerate().take(fields) {
+                    let Dual { v, dx, dy } = site.field::<N>(cells, field as u32).dual();
+                    self.write(field, *i, [v, dx, dy]);
                 }
             }
         }

@@ -44,6 +44,34 @@ pub(super) enum Waves {
     InPlane(f32),
 }
 
+impl Waves {
+    pub(super) fn new(options: &Options) -> Waves {
+        match options.anisotropic {
+            0 => Waves::Isotropic,
+            1 => Waves::Along(options.direction),
+            _ => Waves::InPlane(math::length(options.direction)),
+        }
+    }
+
+    /// The vector that they keep; the length is 1 if the caller gives none.
+    pub(super) fn given(&self) -> [f32; 3] {
+        match *self {
+            Waves::Isotropic => [1.0, 0.0, 0.0],
+            Waves::Along(direction) => direction,
+            Waves::InPlane(length) => [length, 0.0, 0.0],
+        }
+    }
+
+    /// The number of the kind.
+    pub(super) fn kind(&self) -> u32 {
+        match self {
+            Waves::Isotropic => 0,
+            Waves::Along(_) => 1,
+            Waves::InPlane(_) => 2,
+        }
+    }
+}
+
 /// Numbers derived from the options.
 #[derive(Clone, Copy)]
 pub(super) struct Params {
@@ -72,6 +100,11 @@ fn clamp(x: f32, low: f32, high: f32) -> f32 {
 }
 
 impl Params {
+    /// The numbers for options with the same bandwidth and impulses.
+    pub(super) fn with(&self, options: &Options) -> Params {
+        Params { waves: Waves::new(options), ..*self }
+    }
+
     pub(super) fn new(options: &Options) -> Params {
         let e = f64::from(math::exp2_rough(clamp(options.bandwidth, 0.01, 100.0)));
         let a = ((2.0 * ((e - 1.0) / (e + 1.0))) * f64::from(f32::from_bits(0x4008_4074))) as f32;
@@ -82,11 +115,7 @@ impl Params {
         let lambda = clamp(options.impulses, 1.0, 32.0) / (f32::from_bits(0x4086_0a7c) * radius3);
         let variance = 1.0 / (f32::from_bits(0x40b5_04f3) * ((a * a) * a));
         Params {
-            waves: match options.anisotropic {
-                0 => Waves::Isotropic,
-                1 => Waves::Along(options.direction),
-                _ => Waves::InPlane(math::length(options.direction)),
-            },
+            waves: Waves::new(options),
             a,
             radius,
             radius2,
