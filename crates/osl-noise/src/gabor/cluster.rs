@@ -84,11 +84,11 @@ impl Cluster {
             self.given[axis][lane] = given[axis];
         }
         self.alike &= given.map(f32::to_bits) == self.first.params.waves.given().map(f32::to_bits);
-        if let (Some(filters), Some(filter), Some(first)) =
-            (&mut self.filters, &site.filter, &self.first.filter)
-        {
-            filters.set(lane, filter);
-            self.alike &= filter.same(first);
+        if site.number != self.first.number {
+            self.alike = false;
+            if let (Some(filters), Some(filter)) = (&mut self.filters, &site.filter) {
+                filters.set(lane, filter);
+            }
         }
         self.points[lane] = point;
         self.len += 1;

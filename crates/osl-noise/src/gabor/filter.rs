@@ -152,11 +152,6 @@ impl Filters {
 }
 
 impl Filter {
-    /// Whether another filter has the same bits.
-    pub(super) fn same(&self, other: &Filter) -> bool {
-        self.words().map(f32::to_bits) == other.words().map(f32::to_bits)
-    }
-
     fn words(&self) -> [f32; 20] {
         let [[a, b, c], [d, e, f], [g, h, i]] = self.frame;
         let Matrix([[p, q], [r, s]]) = self.inverse_sum;

@@ -19,6 +19,8 @@ pub(super) struct Site {
     pub(super) slope: [[f32; 3]; 2],
     pub(super) periods: Option<[f32; 3]>,
     pub(super) filter: Option<Filter>,
+    /// Points with the same number have the same filter.
+    pub(super) number: usize,
 }
 
 impl Site {
@@ -38,6 +40,8 @@ pub(super) struct Sites<'a> {
     last: (Options, Params),
     filter: Option<Filter>,
     filter_of: [u32; 7],
+    /// How many filters there were before.
+    filters: usize,
 }
 
 /// Element `i` of the first three slices, 0 where a slice is missing.
@@ -55,7 +59,7 @@ impl<'a> Sites<'a> {
     pub(super) fn new(points: Points<'a>, options: &'a [Options]) -> Option<Sites<'a>> {
         let first = *options.first()?;
         let last = (first, Params::new(&first));
-        Some(Sites { points, options, last, filter: None, filter_of: [0; 7] })
+        Some(Sites { points, options, last, filter: None, filter_of: [0; 7], filters: 0 })
     }
 
     fn turn(&mut self, i: usize) {
@@ -98,13 +102,15 @@ impl<'a> Sites<'a> {
         let (first, second) = partials.split_at(partials.len() / 2);
         let partials = [triple(first, i), triple(second, i)];
         let [corner, way] = self.cell(i);
+        let filter = if options.do_filter { self.filter(partials, params.a) } else { None };
         Site {
             params,
             corner,
             way,
             slope: partials.map(|d| d.map(|x| x * params.rinv * params.radius)),
             periods: if periods.is_empty() { None } else { Some(triple(periods, i)) },
-            filter: if options.do_filter { self.filter(partials, params.a) } else { None },
+            filter,
+            number: self.filters,
         }
     }
 
@@ -113,9 +119,11 @@ impl<'a> Sites<'a> {
         let [[b, c, d], [e, f, g]] = partials;
         // A filter of partials that are 0 is `None`, as at the beginning.
         let of = [a, b, c, d, e, f, g].map(f32::to_bits);
-        if of != self.filter_of {
+        let differences = of.iter().zip(self.filter_of).fold(0, |sum, (a, b)| sum | (a ^ b));
+        if differences != 0 {
             self.filter = Filter::new(partials, a);
             self.filter_of = of;
+            self.filters += 1;
         }
         self.filter
     }
