@@ -169,8 +169,13 @@ impl Block {
         MaskValue(self.pure(Op::Compare(how), &[a.0, b.0]))
     }
 
-    /// Compares ints.
+    /// Compares ints. Whether a number made from a mask is 1 or 0 is that mask, or its opposite.
     pub fn compare_ints(&mut self, how: IntCompare, a: Value, b: Value) -> MaskValue {
+        match simplify::tested(&self.insts, how, a, b) {
+            Some((mask, true)) => return mask,
+            Some((mask, false)) => return self.not(mask),
+            None => {}
+        }
         MaskValue(self.pure(Op::IntCompare(how), &[a.0, b.0]))
     }
 
@@ -214,8 +219,14 @@ impl Block {
             return yes;
         }
         if let (Some(a), Some(b)) = (simplify::truth(&self.insts, yes), simplify::truth(&self.insts, no)) {
-            let chosen = self.choose_truth(mask, a, b);
-            return chosen.map_or(yes, |chosen| self.number(chosen));
+            return match self.choose_truth(mask, a, b) {
+                Truth::Mask(chosen) => self.number(chosen),
+                Truth::Known(bit) => self.bits(u32::from(bit)),
+            };
+        }
+        if let Some((inner, some)) = simplify::nested(&self.insts, yes, no) {
+            let mask = self.both(mask, inner);
+            return self.choose(mask, some, no);
         }
         if let Some(min) = simplify::min(&self.insts, mask, yes, no) {
             return Value(self.merged(min));
@@ -226,10 +237,13 @@ impl Block {
         }
     }
 
-    /// The mask that is `yes` where a mask is set, else `no`; `None` if both are the same constant.
-    fn choose_truth(&mut self, mask: MaskValue, yes: Truth, no: Truth) -> Option<MaskValue> {
-        Some(match (yes, no) {
-            (Truth::Known(yes), Truth::Known(no)) if yes == no => return None,
+    /// The truth that is `yes` where a mask is set, else `no`.
+    fn choose_truth(&mut self, mask: MaskValue, yes: Truth, no: Truth) -> Truth {
+        // Where the mask is set, it is true itself; elsewhere, it is false.
+        let yes = simplify::under(&self.insts, yes, mask, true);
+        let no = simplify::under(&self.insts, no, mask, false);
+        Truth::Mask(match (yes, no) {
+            (Truth::Known(yes), Truth::Known(no)) if yes == no => return Truth::Known(yes),
             (Truth::Known(true), Truth::Known(_)) => mask,
             (Truth::Known(false), Truth::Known(_)) => self.not(mask),
             (Truth::Known(true), Truth::Mask(no)) => self.either(mask, no),

@@ -99,6 +99,42 @@ pub(crate) fn truth(insts: &[Inst], value: Value) -> Option<Truth> {
     }
 }
 
+/// A truth where a mask is known to be set, or known not to be.
+pub(crate) fn under(insts: &[Inst], truth: Truth, mask: MaskValue, is_set: bool) -> Truth {
+    let Truth::Mask(other) = truth else { return truth };
+    if other == mask {
+        Truth::Known(is_set)
+    } else if opposite(insts, other) == Some(mask) || opposite(insts, mask) == Some(other) {
+        Truth::Known(!is_set)
+    } else {
+        truth
+    }
+}
+
+/// The mask that a comparison of a number of 1 or 0 tests, and whether it is that mask or its opposite.
+pub(crate) fn tested(insts: &[Inst], how: IntCompare, a: Value, b: Value) -> Option<(MaskValue, bool)> {
+    let is_equal = match how {
+        IntCompare::Equal => true,
+        IntCompare::Unequal => false,
+        IntCompare::Less | IntCompare::LessEqual => return None,
+    };
+    match (truth(insts, a)?, truth(insts, b)?) {
+        (Truth::Mask(mask), Truth::Known(bit)) | (Truth::Known(bit), Truth::Mask(mask)) => {
+            Some((mask, bit == is_equal))
+        }
+        _ => None,
+    }
+}
+
+/// If a value is a choice whose alternative is another value: its mask and what it chooses.
+pub(crate) fn nested(insts: &[Inst], choice: Value, other: Value) -> Option<(MaskValue, Value)> {
+    let inst = insts.get(choice.0 as usize)?;
+    match (inst.op, inst.args()) {
+        (Op::Choose, &[mask, yes, no]) if no == other.0 => Some((MaskValue(mask), Value(yes))),
+        _ => None,
+    }
+}
+
 /// The smaller of two floats, if a choice is exactly what [`Binary::Min`] computes.
 pub(crate) fn min(insts: &[Inst], mask: MaskValue, yes: Value, no: Value) -> Option<Inst> {
     let inst = made_by(insts, mask)?;

@@ -10,6 +10,7 @@
     reason = "a test says what must hold"
 )]
 
+mod choices;
 mod emulate;
 mod flow;
 mod memory;
@@ -295,34 +296,6 @@ fn quotients_by_constants_are_exact() {
             for (x, found) in from.iter().zip(held[1].words()) {
                 let expected = binary(Binary::Div, *x, divisor);
                 assert!(alike(*found, expected), "{way}: {x:x} / {divisor:x}: {found:x}, not {expected:x}");
-            }
-        }
-    }
-}
-
-/// Choices between numbers that are 1 or 0.
-#[test]
-fn choices_of_truths_are_truths() {
-    let lanes = WIDEST;
-    let from: Vec<u32> = (0..3).flat_map(|bit| (0..lanes).map(move |lane| lane as u32 >> bit & 1)).collect();
-    let mut block = Block::new();
-    let (input, to) = (block.array(), block.array());
-    let words: Vec<Value> = (0..3).map(|at| block.lanes(input, (at * lanes) as u32)).collect();
-    let masks: Vec<MaskValue> = words.iter().map(|word| block.not_zero(*word)).collect();
-    let mut sides: Vec<Value> = masks[1..].iter().map(|mask| block.number(*mask)).collect();
-    sides.extend([0, 1].map(|bits| block.bits(bits)));
-    let pairs: Vec<(usize, usize)> = (0..4).flat_map(|a| (0..4).map(move |b| (a, b))).collect();
-    for (at, (a, b)) in pairs.iter().enumerate() {
-        let chosen = block.choose(masks[0], sides[*a], sides[*b]);
-        block.store(to, (at * lanes) as u32, chosen, true);
-    }
-    let arrays = [Held::Read(from), Held::Write(vec![0; pairs.len() * lanes])];
-    for (way, held) in each_way(&block, &arrays, std::slice::from_ref(&(0..lanes))) {
-        for (at, (a, b)) in pairs.iter().enumerate() {
-            for lane in 0..lanes as u32 {
-                let side = [lane >> 1 & 1, lane >> 2 & 1, 0, 1];
-                let expected = side[if lane & 1 == 1 { *a } else { *b }];
-                assert_eq!(held[1].words()[at * lanes + lane as usize], expected, "{way}: {a} {b} {lane}");
             }
         }
     }
