@@ -65,7 +65,7 @@ fn column(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec<f32>> {
     ]
 }
 
-/// Options of one kind, whose direction or width changes from point to point.
+/// Options, of which all or some change from point to point.
 fn options() -> impl Strategy<Value = Vec<Options>> {
     let bandwidth = prop_oneof![3 => 0.5f32..3.0, 1 => Just(f32::NAN), 1 => 0.0f32..200.0];
     let length = prop_oneof![4 => Just(1.0f32), 1 => Just(1e7), 1 => Just(1e25), 1 => Just(f32::INFINITY)];
@@ -75,8 +75,8 @@ fn options() -> impl Strategy<Value = Vec<Options>> {
             let options = (0..POINTS).map(|i| Options {
                 anisotropic: if change == 5 { i as i32 % 3 } else { anisotropic },
                 direction: [x[i] * length, y[i], z[i]],
-                bandwidth: if change == 4 { bandwidth + (i / 30) as f32 } else { bandwidth },
-                impulses,
+                bandwidth: if change == 4 { bandwidth + (i % 3) as f32 * 0.01 } else { bandwidth },
+                impulses: if change == 2 { impulses + (i % 3) as f32 } else { impulses },
                 do_filter: do_filter && (change != 3 || i % 7 != 0),
             });
             options.take(if change == 0 { 1 } else { POINTS }).collect()
