@@ -120,6 +120,7 @@ fn errors(original: &Compiled, program: &Compiled, grid: &Grid) -> Vec<f64> {
         surface,
         options: &options,
         cheaper: None,
+        guard: None,
         pattern: Pattern::new(1, 77),
         filter: Filter::default(),
     };

@@ -11,8 +11,8 @@
 use osl::stages;
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_ir::passes::{self, Place, Prefilter};
-use osl_measure::sample::{Filter, Filtered, Pattern, Shading, filtered};
-use osl_scene::Grid;
+use osl_measure::sample::{Filter, Filtered, Guard, Pattern, Shading, Surface, filtered};
+use osl_scene::{Crop, Grid};
 use osl_syntax::{NoFiles, Options};
 
 const SIDE: usize = 48;
@@ -33,6 +33,7 @@ fn image(text: &str, samples: u32, prefilter: Option<f32>) -> Vec<f32> {
         surface: &grid,
         options: &options,
         cheaper: None,
+        guard: None,
         pattern: Pattern::new(samples, 0),
         filter: Filter::default(),
     };
@@ -139,12 +140,13 @@ fn decided(text: &str, side: usize) -> Filtered {
         surface: &grid,
         options: &run,
         cheaper: None,
+        guard: None,
         pattern: Pattern::new(1, 0),
         filter: Filter::default(),
     };
     let places = passes::prefilter_places(body.clone(), &options);
-    let found = filtered(&shading, &places, &compile).unwrap();
-    let again = filtered(&shading, &places, &compile).unwrap();
+    let found = filtered(&shading, (&places, true), &compile).unwrap();
+    let again = filtered(&shading, (&places, true), &compile).unwrap();
     assert_eq!(found.left, again.left, "{text}");
     found
 }
@@ -167,6 +169,76 @@ fn only_what_helps_is_filtered() {
         let found = decided(&text, 96);
         assert_eq!((found.places, found.kept()), (places, kept), "{text}: {}", found.sentence());
         assert!(kept == 0 || found.error < 0.9, "{text}: {}", found.sentence());
+    }
+}
+
+/// Discs that touch: right everywhere, except where two of them meet within a pixel.
+const DISCS: &str = "point at = point(mod(7 * u, 1) - 0.5, mod(7 * v, 1) - 0.5, 0); float d = 10;
+    for (int i = -1; i <= 1; i++) d = min(d, hypot(at[0] - 0.98 * i, at[1]));
+    r = d < 0.497;";
+
+#[test]
+fn pixels_are_decided_one_by_one_where_single_ones_would_be_worse() {
+    let found = decided(DISCS, 384);
+    assert!(found.guard.is_some(), "{}", found.sentence());
+    assert!(found.error.sqrt() < 0.6 && found.cost < 2.5, "{}", found.sentence());
+}
+
+#[test]
+fn a_part_of_a_picture_has_the_pixels_of_the_whole() {
+    let text = format!("shader s(output float r = 0) {{ {DISCS} }}");
+    let checked = stages::check("test.osl", &text, &NoFiles, &Options::default());
+    let body = stages::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
+    let whole = Grid::new(90, 70);
+    let options = passes::Options {
+        varying: whole.varying().to_vec(),
+        derivs: Vec::new(),
+        ..passes::Options::default()
+    };
+    let plain = stages::finish(body.clone(), &options).program;
+    let prefilter = Some(Prefilter::all(1.0));
+    let wide = stages::finish(body, &passes::Options { prefilter, ..options }).program;
+    let (services, run) = (Services::default(), RunOptions::default());
+    let shading = Shading {
+        program: &wide,
+        services: &services,
+        surface: &whole,
+        options: &run,
+        cheaper: None,
+        guard: Some(Guard { plain: &plain, ranges: &[1.0] }),
+        pattern: Pattern::new(1, 0),
+        filter: Filter::default(),
+    };
+    let image = |surface: &dyn Surface, rows| {
+        let own = Shading { surface, ..shading.clone() };
+        own.rows(rows, 1).unwrap()
+    };
+    let all = image(&whole, 0..70);
+    let values = all.frame.planes[0].floats();
+    let unguarded = |program| {
+        let own = Shading { program, guard: None, ..shading.clone() };
+        own.rows(0..70, 1).unwrap().frame.planes[0].floats()
+    };
+    let (centres, filtered) = (unguarded(&plain), unguarded(&wide));
+    let of_filtered = |(value, centre): &(&f32, &f32)| value != centre;
+    assert!(values.iter().zip(&centres).filter(of_filtered).count() > 300);
+    assert!(values.iter().zip(&filtered).filter(of_filtered).count() > 100, "folds are refused");
+    for ((value, centre), wide) in values.iter().zip(&centres).zip(&filtered) {
+        assert!(value == centre || value == wide, "{value} is neither {centre} nor {wide}");
+    }
+    assert!(all.tally.evaluations < 3 * 90 * 70, "{:?}", all.tally);
+    assert_eq!(all.tally.by_samples, [(1, 6300)]);
+
+    let pieces: Vec<f32> = [0..1, 1..33, 33..70]
+        .into_iter()
+        .flat_map(|rows| image(&whole, rows).frame.planes[0].floats())
+        .collect();
+    assert_eq!(pieces, values);
+    for (columns, rows) in [(11..60, 20..63), (0..90, 69..70), (89..90, 0..70)] {
+        let crop = Crop::new(whole.clone(), columns.clone(), rows.clone());
+        let part = image(&crop, 0..rows.len()).frame.planes[0].floats();
+        let row = |y: usize| values[90 * y..][columns.clone()].to_vec();
+        assert_eq!(part, rows.clone().flat_map(row).collect::<Vec<f32>>(), "{columns:?} {rows:?}");
     }
 }
 

@@ -97,6 +97,7 @@ fn a_measured_trade_makes_sense() {
         surface: &grid,
         options: &options,
         cheaper: None,
+        guard: None,
         pattern: pattern(),
         filter: Filter::default(),
     };
@@ -146,6 +147,7 @@ fn the_oracle_is_strict_where_that_agrees_with_double_precision() {
             surface: &grid,
             options: &options,
             cheaper: None,
+            guard: None,
             pattern: pattern(),
             filter: Filter::default(),
         });

@@ -2,6 +2,7 @@
 
 use super::error::{Block, block, variance};
 use super::filter::Filter;
+use super::guard::Guard;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
 use super::surface::Surface;
@@ -26,6 +27,9 @@ pub struct Shading<'a> {
     pub options: &'a RunOptions,
     /// The same shader in a cheaper arithmetic. It may be used where its error is permitted.
     pub cheaper: Option<&'a Program>,
+    /// Where a pixel is filtered, if `program` is filtered and that is decided for each pixel. Only images with
+    /// one sample in each pixel have it.
+    pub guard: Option<Guard<'a>>,
     /// Where the samples lie.
     pub pattern: Pattern,
     /// The reconstruction filter.
@@ -167,7 +171,11 @@ impl<'a> Shading<'a> {
     }
 
     /// For each plane the values of some points.
-    fn values(&self, points: &SamplePoints<'_>, said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
+    pub(super) fn values(
+        &self,
+        points: &dyn PointSource,
+        said: &mut Frame,
+    ) -> Result<Vec<Vec<f32>>, RunError> {
         let frame = self.run(points, 0..points.count())?;
         let values = frame.planes.iter().map(Plane::floats).collect();
         said.add(Frame { planes: Vec::new(), ..frame }, &self.options.limits.running);
@@ -308,8 +316,11 @@ impl<'a> Shading<'a> {
     /// # Errors
     /// A loop exceeds its budget.
     pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, RunError> {
-        let pixels = self.pixels(rows);
         let samples = samples.clamp(1, self.pattern.count());
+        if let (1, Some(guard)) = (samples, self.guard) {
+            return self.guarded(guard, rows);
+        }
+        let pixels = self.pixels(rows);
         let mut image = Image::default();
         let values: Vec<Vec<f32>> = if samples == 1 {
             self.centres(&pixels, &mut image.frame)?

@@ -4,8 +4,9 @@
 //! fold, a second edge, or more waves than the derivatives at its centre show. It may also cost more than it
 //! saves. So the *pilot*, pixels spread over the image, is computed without and with filtering. Where both
 //! differ, many samples tell which is right. All places are filtered if this makes no pixel of the pilot
-//! worse, and otherwise those groups of places that help alone and together. The cost is counted in
-//! operations and not by the clock, because an image must not depend on it.
+//! worse. Otherwise, those groups of places are filtered that help alone and together, or all places in those
+//! pixels whose neighbourhood confirms it (`guard`), whichever is worth more. The cost is counted in operations and
+//! not by the clock, because an image must not depend on it.
 //!
 //! A pixel is *worse* if its error exceeds both that of the plain pixel and the standard deviation of the
 //! plain pixel when its samples move within it, by more than [`SEEN`] of the output's range. (A plain sample
@@ -13,6 +14,7 @@
 //! must not know what the pass writes.
 
 use super::bounds::{Reach, outputs};
+use super::guard::{self, AROUND, Around, CHANGED, SEEN};
 use super::image::Shading;
 use super::oracle::some_pixels;
 use super::pattern::Pattern;
@@ -34,10 +36,16 @@ const GROUPS: usize = 12;
 /// Groups are tried until so many evaluations are used up: a multiple of the pixels of the image, which has
 /// at least so many.
 const SPENT: (f64, usize) = (1.5, 1 << 16);
-/// A difference that can be seen, as a share of the output's range.
-const SEEN: f64 = 0.01;
-/// A pixel is judged if filtering changes it by at least this share of the range.
-const CHANGED: f64 = 0.002;
+/// The pixels at which the share of the pixels that would be filtered is measured.
+const SHARES: usize = 1024;
+/// Corners to compute for each pixel whose neighbours differ. Those pixels share most of their corners.
+const CORNERS: f64 = 1.5;
+/// The cost of a scattered point, relative to one in a row.
+const SCATTERED: f64 = 2.0;
+/// What it costs, in additions, to look at the neighbours of a pixel, at its corners, and at its filtered value.
+const LOOKED: [f64; 3] = [12.0, 40.0, 120.0];
+/// What it costs, in additions, to start a few runs over scattered points.
+const STARTED: f64 = 2e6;
 /// A form must have at most this share of the plain squared error.
 const HELPS: f64 = 0.95;
 /// The largest cost of a form relative to the plain program, in counted operations. A pixel must not cost
@@ -63,6 +71,8 @@ pub struct Filtered {
     pub cost: f64,
     /// The squared error at these pixels relative to that of the plain program.
     pub error: f64,
+    /// The range of each plane, if pixels are filtered only where their neighbourhood confirms it.
+    pub guard: Option<Vec<f64>>,
 }
 
 impl Filtered {
@@ -81,8 +91,9 @@ impl Filtered {
                  ({judged} pixels compared)"
             ),
             (kept, _) => format!(
-                "prefilter: {kept} of {places} places filtered: {:.0} % of the error of a sample, {:.1} times its operations \
+                "prefilter: {kept} of {places} places filtered{}: {:.0} % of the error of a sample, {:.1} times its operations \
                  ({judged} pixels compared)",
+                if self.guard.is_some() { " where the neighbourhood of a pixel confirms it" } else { "" },
                 100.0 * self.error.sqrt(),
                 self.cost
             ),
@@ -91,11 +102,16 @@ impl Filtered {
 }
 
 /// Decides which places are filtered. `plain` runs the program without filtering, and its pattern has the
-/// samples of a pixel. `compile` makes a program in which the given places are left alone.
+/// samples of a pixel. `compile` makes a program in which the given places are left alone. Each pixel may be
+/// decided on its own if `may_guard` is set and a pixel has one sample.
 ///
 /// # Errors
 /// A loop exceeds its budget.
-pub fn filtered(plain: &Shading<'_>, places: &[Place], compile: Compile<'_>) -> Result<Filtered, RunError> {
+pub fn filtered(
+    plain: &Shading<'_>,
+    (places, may_guard): (&[Place], bool),
+    compile: Compile<'_>,
+) -> Result<Filtered, RunError> {
     let nothing = Filtered {
         places: places.len(),
         left: places.to_vec(),
@@ -113,13 +129,23 @@ pub fn filtered(plain: &Shading<'_>, places: &[Place], compile: Compile<'_>) -> 
     let best = match judge.accepts(&mut whole)? {
         true => Some(whole),
         false if judge.pixels.is_empty() => None,
-        false => judge.groups(places, compile)?,
+        false => {
+            let groups = judge.groups(places, compile)?;
+            let guarded = match may_guard && plain.pattern.count() == 1 {
+                true => judge.guarded(&whole, count)?,
+                false => None,
+            };
+            // The error that is left at the same cost; samples halve its square if the cost doubles.
+            let worth = |a: &Form, b: &Form| (a.error * a.cost).total_cmp(&(b.error * b.cost));
+            groups.into_iter().chain(guarded).min_by(worth)
+        }
     };
     let (evaluations, judged) = (judge.evaluations, judge.pixels.len());
     Ok(match best {
         Some(form) => {
-            let Form { left, cost, error, .. } = form;
-            Filtered { left, cost, error, evaluations, judged, ..nothing }
+            let Form { left, cost, error, is_guarded, .. } = form;
+            let guard = is_guarded.then_some(judge.ranges);
+            Filtered { left, cost, error, evaluations, judged, guard, ..nothing }
         }
         None => Filtered { evaluations, judged, ..nothing },
     })
@@ -140,6 +166,8 @@ struct Form {
     cost: f64,
     /// The squared error relative to the plain one.
     error: f64,
+    /// Whether pixels are filtered only where their neighbourhood confirms it.
+    is_guarded: bool,
 }
 
 /// The pilot, and what is known of it.
@@ -216,7 +244,7 @@ impl<'a> Judge<'a> {
 
     fn form(&mut self, program: &Program, left: Vec<Place>) -> Result<Form, RunError> {
         let (values, cost) = (self.run(program)?, self.count(program)? / self.operations);
-        Ok(Form { left, values, cost, error: f64::INFINITY })
+        Ok(Form { left, values, cost, error: f64::INFINITY, is_guarded: false })
     }
 
     /// Keeps the pixels that filtering changes, and computes their truth.
@@ -300,7 +328,8 @@ impl<'a> Judge<'a> {
     /// Whether a form is better than the plain program, makes no pixel worse, and is cheap enough.
     fn accepts(&mut self, form: &mut Form) -> Result<bool, RunError> {
         form.error = self.squares(&form.values) / self.error.max(f64::MIN_POSITIVE);
-        let helps = form.error <= HELPS;
+        // More plain samples help, too.
+        let helps = form.error * if form.is_guarded { form.cost } else { 1.0 } <= HELPS;
         if self.pixels.is_empty() || form.cost > DEARER || !helps {
             return Ok(false);
         }
@@ -322,6 +351,56 @@ impl<'a> Judge<'a> {
         let is_worse =
             |at: &usize| self.better.get(at).is_some_and(|truth| self.worse(form, *at, truth) > 0.0);
         Ok(!unknown.iter().any(is_worse))
+    }
+
+    /// What is around some pixels.
+    fn around(&mut self, pixels: &[u32]) -> Result<Vec<Vec<Around>>, RunError> {
+        self.evaluations += (AROUND * pixels.len()) as u64;
+        self.plain.around(pixels)
+    }
+
+    /// Whether any plane around a pixel differs in some way.
+    fn differs(&self, planes: &[Vec<Around>], at: usize, differ: fn(&Around, f64) -> bool) -> bool {
+        let mut planes = planes.iter().zip(&self.ranges);
+        planes.any(|(plane, range)| plane.get(at).is_some_and(|around| differ(around, *range)))
+    }
+
+    /// The form in which each pixel is decided by what is around it, if it is accepted.
+    fn guarded(&mut self, whole: &Form, count: usize) -> Result<Option<Form>, RunError> {
+        let pixels = some_pixels(count, SHARES, 0xc042);
+        let around = self.around(&pixels)?;
+        let open: Vec<usize> =
+            (0..pixels.len()).filter(|at| self.differs(&around, *at, Around::sides_differ)).collect();
+        let has_edge = |at: &&usize| self.differs(&around, **at, Around::corners_differ);
+        let filtered = open.iter().filter(has_edge).count();
+        let [open, filtered] = [open.len(), filtered].map(|n| n as f64 / pixels.len().max(1) as f64);
+        let more = SCATTERED * ((CORNERS * open).min(1.0) + filtered * whole.cost);
+        let work = LOOKED[0] + LOOKED[1] * open + LOOKED[2] * filtered + STARTED / count as f64;
+        let cost = 1.0 + more + work / self.operations;
+
+        let around = self.around(&self.pixels.clone())?;
+        let (ranges, outputs) = (&self.ranges, outputs(&self.plain.planes()));
+        let mut values = self.values.clone();
+        let differs = |at, differ| self.differs(&around, at, differ);
+        for at in 0..self.pixels.len() {
+            if !differs(at, Around::sides_differ) || !differs(at, Around::corners_differ) {
+                continue;
+            }
+            for output in &outputs {
+                let of_plane = |plane: usize| {
+                    let (around, own) = (around.get(plane)?.get(at)?, whole.values.get(plane)?.get(at)?);
+                    Some((*around, *own, *ranges.get(plane)?))
+                };
+                if guard::count(output.clone().map(of_plane)) {
+                    for plane in output.clone() {
+                        let value = values.get_mut(plane).and_then(|plane| plane.get_mut(at));
+                        value.zip(of_plane(plane)).into_iter().for_each(|(value, (_, own, _))| *value = own);
+                    }
+                }
+            }
+        }
+        let mut form = Form { left: Vec::new(), values, cost, error: f64::INFINITY, is_guarded: true };
+        Ok(self.accepts(&mut form)?.then_some(form))
     }
 
     /// Whether the evaluations are used up.

@@ -113,10 +113,18 @@ impl Surface for Crop {
     }
 }
 
-/// The place in the whole grid of a place in a crop.
+/// The place in the whole grid of a place in a crop. The centre of a neighbour has the bits of this neighbour.
 fn whole(crop: &Crop, place: Place) -> Place {
-    let pixel = crop.whole(place.pixel.map(|at| at as usize)).map(|at| at as u32);
-    Place { pixel, ..place }
+    let mut place =
+        Place { pixel: crop.whole(place.pixel.map(|at| at as usize)).map(|at| at as u32), ..place };
+    let size = [crop.grid.width, crop.grid.height];
+    for ((pixel, offset), size) in place.pixel.iter_mut().zip(&mut place.offset).zip(size) {
+        let moved = f64::from(*pixel) + f64::from(*offset);
+        if *offset != 0.0 && offset.fract() == 0.0 && (0.0..size as f64).contains(&moved) {
+            (*pixel, *offset) = (moved as u32, 0.0);
+        }
+    }
+    place
 }
 
 impl<S: Surface> Surface for WithData<S> {

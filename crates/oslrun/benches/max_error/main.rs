@@ -126,6 +126,7 @@ fn measure(shader: &Shader, compiled: &Compiled, side: usize, (services, wanted)
         surface: &grid,
         options: &options,
         cheaper: compiled.fast.as_ref(),
+        guard: None,
         pattern: Pattern::new(first, 0),
         filter: Filter::default(),
     };

@@ -31,7 +31,7 @@ mod truth;
 use osl::stages;
 use osl_exec::{Program, RunOptions, Services};
 use osl_ir::passes::{self, Place, Prefilter};
-use osl_measure::sample::{Filter, Pattern, Shading, filtered};
+use osl_measure::sample::{Filter, Guard, Pattern, Shading, filtered};
 use osl_scene::Grid;
 use shaders::{Shader, root, shaders};
 use std::time::Instant;
@@ -114,6 +114,7 @@ fn measure(shader: &Shader, side: usize, services: &Services, quick: bool) {
         surface: &grid,
         options: &run_options,
         cheaper: None,
+        guard: None,
         pattern: Pattern::new(1, 0),
         filter: Filter::default(),
     };
@@ -123,22 +124,23 @@ fn measure(shader: &Shader, side: usize, services: &Services, quick: bool) {
         Truth::of(shader, &many, 0.02, &folder, quick)
     };
     let start = Instant::now();
-    let chosen = filtered(&of(&plain), &places, &compile).expect("a choice");
+    let chosen = filtered(&of(&plain), (&places, true), &compile).expect("a choice");
     let choosing = start.elapsed().as_secs_f64();
     let all = compile(&[]);
     let own = compile(&chosen.left);
     let own = if chosen.kept() == 0 { &plain } else { &own };
+    let guard = chosen.guard.as_deref().map(|ranges| Guard { plain: &plain, ranges });
+    let shadings = [of(&plain), of(&all), Shading { guard, ..of(own) }];
     let mut times = [f64::INFINITY; 3];
     for _ in 0..if quick { 1 } else { RUNS } {
-        for (time, program) in times.iter_mut().zip([&plain, &all, own]) {
+        for (time, shading) in times.iter_mut().zip(&shadings) {
             let start = Instant::now();
-            let _ = planes(&of(program), side);
+            let _ = planes(shading, side);
             *time = time.min(start.elapsed().as_secs_f64());
         }
     }
     let deviations = deviations(&truth, &of(&plain));
-    let [plain_planes, all_planes, own_planes] =
-        [&plain, &all, own].map(|program| planes(&of(program), side));
+    let [plain_planes, all_planes, own_planes] = shadings.each_ref().map(|shading| planes(shading, side));
     let all = compare(&truth, [&plain_planes, &all_planes], &deviations);
     let own = compare(&truth, [&plain_planes, &own_planes], &deviations);
     let percent = |x: f64| format!("{:.2}", 100.0 * x);
@@ -147,12 +149,13 @@ fn measure(shader: &Shader, side: usize, services: &Services, quick: bool) {
         format!("{:.4} | {worse} | {centre} | {better} | {:.2}", c.rms[1], time / times[0])
     };
     println!(
-        "| {} | {side} | {:.4} | {} | {} of {} | {:.2} | {} | {:.2} | {:.2} | {:.2} ",
+        "| {} | {side} | {:.4} | {} | {} of {}{} | {:.2} | {} | {:.2} | {:.2} | {:.2} ",
         shader.name,
         all.rms[0],
         row(&all, times[1]),
         chosen.kept(),
         places.len(),
+        if guard.is_some() { ", guarded" } else { "" },
         chosen.cost,
         row(&own, times[2]),
         chosen.evaluations as f64 / (side * side) as f64,

@@ -21,6 +21,8 @@ pub(super) struct Wanted<'a> {
     pub(super) options: &'a RunOptions,
     pub(super) filter: Filter,
     pub(super) samples: u32,
+    /// Whether each pixel may be decided on its own: the picture has one sample in each, and numbers only.
+    pub(super) may_guard: bool,
 }
 
 impl Wanted<'_> {
@@ -44,10 +46,11 @@ impl Wanted<'_> {
             surface: self.surface,
             options: self.options,
             cheaper: None,
+            guard: None,
             pattern: Pattern::new(self.samples, 0),
             filter: self.filter.clone(),
         };
-        let found = filtered(&shading, &places, &compile)?;
+        let found = filtered(&shading, (&places, self.may_guard), &compile)?;
         let wanted = (found.kept() > 0).then(|| Prefilter { scale, left: found.left.clone() });
         Ok((wanted, found))
     }
@@ -56,14 +59,14 @@ impl Wanted<'_> {
 /// The same for a run of the command line.
 pub(super) fn of_run(
     args: &RunArgs,
-    (samples, filter): (u32, Filter),
+    (samples, filter, may_guard): (u32, Filter, bool),
     (body, passes): (&Body, &passes::Options),
     (services, data): (&Services, &WithData<osl_scene::Crop>),
     sources: &SourceMap,
 ) -> Result<(Option<Prefilter>, Filtered), Failure> {
     let surface = WithData { data: data.data.clone(), points: grid(args) };
     let options = options(args);
-    let wanted = Wanted { services, surface: &surface, options: &options, filter, samples };
+    let wanted = Wanted { services, surface: &surface, options: &options, filter, samples, may_guard };
     let found = on_threads(args.threads, || wanted.chosen(body, passes))?;
     found.map_err(|stop| stopped(&stop, sources))
 }

@@ -18,7 +18,7 @@ use osl_exec::{Frame, Plane, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
 use osl_ir::passes;
 use osl_measure::explain;
-use osl_measure::sample::Shading;
+use osl_measure::sample::{Guard, Shading};
 use osl_numeric::Arithmetic;
 use osl_scene::{Crop, WithData};
 use osl_syntax::source::SourceMap;
@@ -243,14 +243,19 @@ fn shaded(
     let services = services(args, folder.clone(), grid_spaces(args));
     let filtered = match args.sampling.prefilter(plan) {
         Some(samples) => {
-            let of = (samples, plan.filter());
+            let of = (samples, plan.filter(), plan == Plan::Plain && !args.closures && !tapped);
             let (chosen, said) =
                 prefilter::of_run(args, of, (&body, &options), (&services, &points), &sources)?;
             options.prefilter = chosen;
-            Some(said.sentence())
+            Some(said)
         }
         None => None,
     };
+    let ranges = filtered.as_ref().and_then(|said| said.guard.as_deref());
+    let plain = ranges.map(|_| {
+        stages::finish(body.clone(), &passes::Options { prefilter: None, ..options.clone() }).program
+    });
+    let guard = plain.as_ref().zip(ranges).map(|(plain, ranges)| Guard { plain, ranges });
     let offers = args.arithmetic.is_none() && matches!(plan, Plan::MaxError(..));
     let whole = (args.stats || offers).then(|| body.clone());
     let compiled = stages::finish(body, &options);
@@ -263,7 +268,7 @@ fn shaded(
     // A material without other outputs writes its closures to the image.
     let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
     let closures = args.closures || alone || tapped;
-    let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
+    let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref(), guard };
     if let Some(First { grid, show }) = first {
         let args = RunArgs { grid: *grid, ..args.clone() };
         let textures = services.textures.clone();
@@ -333,7 +338,7 @@ fn shaded(
     let stats = args.stats.then(|| {
         let times = [compile_time, run, write];
         let mut stats = Stats::of(&compiled, lowered, evaluations, times, args);
-        stats.prefilter = filtered;
+        stats.prefilter = filtered.map(|filtered| filtered.sentence());
         stats
     });
     if let Some(about) = &mut about {
@@ -417,6 +422,8 @@ struct Shaded {
 struct Programs<'a> {
     usual: &'a Program,
     cheaper: Option<&'a Program>,
+    /// Where pixels are filtered, if that is decided for each.
+    guard: Option<Guard<'a>>,
 }
 
 /// Runs all points. An EXR file is written during the run.
@@ -432,9 +439,10 @@ fn shade(
     let bar = progress(points.count() as u64, "points");
     let tick = |done: usize| bar.at(done as u64);
     let run = Run::new(programs.usual, services, points, &options);
-    let shading = (plan != Plan::Plain).then(|| {
+    let is_plain = plan == Plan::Plain;
+    let shading = (!is_plain || programs.guard.is_some()).then(|| {
         let shading = sampling::shading(programs.usual, services, points, &options, plan);
-        Shading { cheaper: programs.cheaper, ..shading }
+        Shading { cheaper: programs.cheaper, guard: programs.guard, ..shading }
     });
     let target = match &shading {
         Some(shading) => {
@@ -455,11 +463,12 @@ fn shade(
             let shaded = computed(&mut image, closures, args)?;
             return Ok(Shaded { said: Some(image.said()), ..shaded });
         }
-        let sampled = Sampled::new(shading, (plan, &target), args.stats, &tick);
+        let sampled = Sampled::new(shading, (plan, &target), args.stats && !is_plain, &tick);
         let mut sampled = sampled.keeping(args.live.is_some());
         let shaded = computed(&mut sampled, closures, args)?;
         let said = sampled.said().map_err(Broken::Run)?;
-        Ok(Shaded { said: Some(said), ..shaded })
+        // One sample in each pixel is worth a report only if somebody asks for it.
+        Ok(Shaded { said: (!is_plain || args.stats).then_some(said), ..shaded })
     };
     let result = on_threads(args.threads, work)?;
     bar.done();

@@ -12,7 +12,7 @@ use osl_exec::{Frame, PointSource, RunError, RunOptions, Services};
 use osl_image::Transfer;
 use osl_ir::ir::Body;
 use osl_ir::passes::{self, Prefilter};
-use osl_measure::sample::{Filter, Shading, Surface};
+use osl_measure::sample::{Filter, Guard, Shading, Surface};
 use osl_measure::tradeoff::{self, Setting, Trade, Variant};
 use osl_numeric::Arithmetic;
 use osl_scene::WithData;
@@ -113,8 +113,8 @@ struct Programs {
     /// Unless it is the same as the strict one.
     fast: Option<Compiled>,
     double: Compiled,
-    /// Unless nothing is filtered.
-    widened: Vec<(u32, Compiled)>,
+    /// Unless nothing is filtered; with the ranges of the planes if each pixel is decided on its own.
+    widened: Vec<(u32, Compiled, Option<Vec<f64>>)>,
 }
 
 impl Programs {
@@ -142,9 +142,11 @@ impl Programs {
         for samples in FILTERED {
             let Bench { services, surface, options } = bench;
             let filter = Filter::default();
-            let (chosen, _) =
-                Wanted { services, surface: *surface, options, filter, samples }.chosen(body, &usual)?;
-            widened.extend(chosen.map(|chosen| (samples, form(Arithmetic::Strict, Some(chosen)))));
+            let wanted =
+                Wanted { services, surface: *surface, options, filter, samples, may_guard: samples == 1 };
+            let (chosen, said) = wanted.chosen(body, &usual)?;
+            widened
+                .extend(chosen.map(|chosen| (samples, form(Arithmetic::Strict, Some(chosen)), said.guard)));
         }
         let strict = form(Arithmetic::Strict, None);
         let fast = strict.body.differs_in_fast().then(|| form(Arithmetic::Fast, None));
@@ -155,7 +157,7 @@ impl Programs {
     fn idle(&self) -> Vec<String> {
         let fast = self.fast.is_none().then(|| SAME_IN_FAST.to_string());
         let missing: Vec<u32> =
-            FILTERED.into_iter().filter(|n| !self.widened.iter().any(|(own, _)| own == n)).collect();
+            FILTERED.into_iter().filter(|n| !self.widened.iter().any(|(own, ..)| own == n)).collect();
         let words: Vec<String> = missing.iter().map(u32::to_string).collect();
         let filtered = match &words[..] {
             [] => None,
@@ -183,6 +185,7 @@ impl Bench<'_> {
             surface: self.surface,
             options: &self.options,
             cheaper: None,
+            guard: None,
             pattern: tradeoff::pattern(),
             filter: Filter::default(),
         }
@@ -202,8 +205,11 @@ impl Bench<'_> {
         if let Some(fast) = &programs.fast {
             variants.insert(1, variant("fast", fast, few()));
         }
-        for (samples, form) in &programs.widened {
-            variants.push(variant("prefilter", form, vec![Setting::Samples(*samples)]));
+        for (samples, form, ranges) in &programs.widened {
+            let mut own = variant("prefilter", form, vec![Setting::Samples(*samples)]);
+            let guard = |ranges| Guard { plain: &programs.strict.program, ranges };
+            own.shading.guard = ranges.as_deref().map(guard);
+            variants.push(own);
         }
         tradeoff::tradeoff(&tradeoff::Request {
             name: name.to_string(),
