@@ -1,4 +1,5 @@
-//! `--prefilter` decided for each pixel: where a pixel is filtered, and whether its neighbourhood confirms it.
+//! `--prefilter` decided for each pixel: where a pixel is filtered, and whether its neighbourhood confirms
+//! it.
 //!
 //! The mean that a filtered program computes is right for a straight edge, and wrong where the edge folds
 //! within the pixel. The plain program around the pixel tells the two apart. A straight edge through a pixel
@@ -23,8 +24,8 @@ pub(super) const SEEN: f64 = 0.01;
 pub(super) const CHANGED: f64 = 0.002;
 /// The smallest change of a pixel that is worth the risk of a mean that is wrong, as a share of the range.
 const WORTH: f64 = 0.05;
-/// Scattered pixels are computed by squares with this side, in pixels, and in small batches, because a batch of
-/// neighbours has few cells of a pattern and is quicker.
+/// Scattered pixels are computed by squares with this side, in pixels, and in small batches, because a batch
+/// of neighbours has few cells of a pattern and is quicker.
 const SQUARE: usize = 32;
 /// Points of such a batch.
 const BATCH: usize = 256;
@@ -49,8 +50,8 @@ pub(super) struct Around {
     pub(super) corners: [f32; 4],
 }
 
-/// The largest share of a pixel on one side of a straight edge, by the number of corners on this side. With one
-/// corner, it is that of the triangle between this corner and its neighbours.
+/// The largest share of a pixel on one side of a straight edge, by the number of corners on this side. With
+/// one corner, it is that of the triangle between this corner and its neighbours.
 const LARGEST: [f64; 5] = [0.0, 0.5, 1.0, 1.0, 1.0];
 
 /// Whether some values are the same as another one, as far as one can see. A NaN differs from everything.
@@ -91,8 +92,8 @@ impl Around {
     }
 }
 
-/// Whether the filtered values of an output count, each with what is around the pixel in its plane and with the
-/// range of the output: they are confirmed, and one of them is worth it.
+/// Whether the filtered values of an output count, each with what is around the pixel in its plane and with
+/// the range of the output: they are confirmed, and one of them is worth it.
 pub(super) fn count(values: impl Iterator<Item = Option<(Around, f32, f64)>>) -> bool {
     let mut is_worth_it = false;
     for value in values {
@@ -287,8 +288,8 @@ impl Known {
 
 impl Piece<'_> {
     /// The values of the pixels, plane by plane, from those of the plain program, and the number of further
-    /// evaluations. The first frame gets the profile of the plain program, the second one that of the filtered
-    /// program.
+    /// evaluations. The first frame gets the profile of the plain program, the second one that of the
+    /// filtered program.
     fn values(
         &self,
         mut values: Vec<Vec<f32>>,

@@ -27,8 +27,8 @@ pub struct Shading<'a> {
     pub options: &'a RunOptions,
     /// The same shader in a cheaper arithmetic. It may be used where its error is permitted.
     pub cheaper: Option<&'a Program>,
-    /// Where a pixel is filtered, if `program` is filtered and that is decided for each pixel. Only images with
-    /// one sample in each pixel have it.
+    /// Where a pixel is filtered, if `program` is filtered and that is decided for each pixel. Only images
+    /// with one sample in each pixel have it.
     pub guard: Option<Guard<'a>>,
     /// Where the samples lie.
     pub pattern: Pattern,

@@ -5,8 +5,8 @@
 //! saves. So the *pilot*, pixels spread over the image, is computed without and with filtering. Where both
 //! differ, many samples tell which is right. All places are filtered if this makes no pixel of the pilot
 //! worse. Otherwise, those groups of places are filtered that help alone and together, or all places in those
-//! pixels whose neighbourhood confirms it (`guard`), whichever is worth more. The cost is counted in operations and
-//! not by the clock, because an image must not depend on it.
+//! pixels whose neighbourhood confirms it (`guard`), whichever is worth more. The cost is counted in
+//! operations and not by the clock, because an image must not depend on it.
 //!
 //! A pixel is *worse* if its error exceeds both that of the plain pixel and the standard deviation of the
 //! plain pixel when its samples move within it, by more than [`SEEN`] of the output's range. (A plain sample
@@ -42,7 +42,8 @@ const SHARES: usize = 1024;
 const CORNERS: f64 = 1.5;
 /// The cost of a scattered point, relative to one in a row.
 const SCATTERED: f64 = 2.0;
-/// What it costs, in additions, to look at the neighbours of a pixel, at its corners, and at its filtered value.
+/// What it costs, in additions, to look at the neighbours of a pixel, at its corners, and at its filtered
+/// value.
 const LOOKED: [f64; 3] = [12.0, 40.0, 120.0];
 /// What it costs, in additions, to start a few runs over scattered points.
 const STARTED: f64 = 2e6;

@@ -113,7 +113,8 @@ impl Surface for Crop {
     }
 }
 
-/// The place in the whole grid of a place in a crop. The centre of a neighbour has the bits of this neighbour.
+/// The place in the whole grid of a place in a crop. The centre of a neighbour has the bits of this
+/// neighbour.
 fn whole(crop: &Crop, place: Place) -> Place {
     let mut place =
         Place { pixel: crop.whole(place.pixel.map(|at| at as usize)).map(|at| at as u32), ..place };
