@@ -1,8 +1,9 @@
 //! Bounds of calls that need more than a lane's arithmetic. A noise is bounded by its range, and on a small
-//! tile by its value in the middle and its steepest slope. A call with known arguments runs. All other calls
-//! may have any result. This module must not know how a body is walked.
+//! tile by its value in the middle and its steepest slope. A call with known arguments runs. Lookups in textures
+//! are bounded by their texels (`textures`). All other calls may have any result. This module must not know how a body is walked.
 
 use super::domain::Tile;
+use super::textures;
 use super::walk::shaped;
 use crate::trace::{NoiseCall, OnePoint, run_call};
 use osl_exec::{PointSource, Services};
@@ -74,7 +75,9 @@ impl<'a> Calls<'a> {
         }
         let args: Option<Vec<Const>> = given.iter().map(Enclosure::value).collect();
         let array: Option<Vec<Const>> = read.unwrap_or_default().iter().map(Enclosure::value).collect();
-        let (Some(args), Some(array)) = (args, array) else { return any() };
+        let (Some(args), Some(array)) = (args, array) else {
+            return textures::lookup(self.services, kernel, given, kinds).unwrap_or_else(any);
+        };
         let results = self.run(kernel, args, kinds, &array, inst);
         results.map_or_else(any, |results| results.iter().map(Enclosure::point).collect())
     }
