@@ -244,6 +244,27 @@ fn textures_are_bounded_by_their_texels() {
     assert!(report.outputs[0].highest <= 1.0001, "{:?}", report.outputs);
 }
 
+/// Colors between spaces, with the smallest and the largest value of a component.
+const COLORS: [(&str, usize, [f64; 2]); 8] = [
+    ("transformc(\"rgb\", \"sRGB\", color(clamp(u, 0, 1), 0.5, 0))", 0, [-0.001, 1.001]),
+    ("transformc(\"sRGB\", \"rgb\", color(clamp(u, 0, 1), v, 0))", 0, [-0.001, 1.001]),
+    ("transformc(\"rgb\", \"XYZ\", color(clamp(u, 0, 1), clamp(v, 0, 1), 0.5))", 1, [0.0, 1.0]),
+    ("transformc(\"XYZ\", \"YIQ\", color(u, v, 0.5))", 2, [-20.0, 20.0]),
+    ("color(\"hsv\", u, clamp(v, 0, 1), 0.5)", 1, [-0.001, 0.501]),
+    ("color(\"hsl\", clamp(u, 0, 1), 0.5, clamp(v, 0, 1))", 0, [f64::NEG_INFINITY, f64::INFINITY]),
+    ("transformc(\"hsv\", \"hsv\", color(clamp(u, 0, 1), 0.5, clamp(v, 0, 1)))", 2, [-0.001, 1.001]),
+    ("transformc(\"nowhere\", \"rgb\", color(clamp(u, 0, 1), 0.5, v))", 0, [0.0, 1.0]),
+];
+
+#[test]
+fn colors_between_spaces_are_bounded() {
+    for (value, component, [lowest, highest]) in COLORS {
+        let report = holds_in_many_places(value, &format!("shader s(output color c = {value}) {{ }}"), 200);
+        let output = &report.outputs[component];
+        assert!(output.lowest >= lowest && output.highest <= highest, "{value}: {output:?}");
+    }
+}
+
 /// The statements about the seed shaders in docs/accuracy.md.
 #[test]
 fn the_seed_shaders_stay_in_range() {
