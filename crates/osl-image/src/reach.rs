@@ -1,6 +1,6 @@
-//! The values that lookups can give, wherever they look: filters only average texels, so that the smallest and
-//! the largest texel of a channel bound them. This module must not know coordinates, nor how a shader names
-//! its options.
+//! The values that lookups can give, wherever they look: filters only average texels, so that the smallest
+//! and the largest texel of a channel bound them. This module must not know coordinates, nor how a shader
+//! names its options.
 
 use crate::lookup::{LookupOptions, is_black_outside};
 use crate::texels::{Texel, Texels};
@@ -17,8 +17,8 @@ const ROUNDING: f32 = 2e-5;
 const TINY: f32 = 1e-37;
 
 impl Texture {
-    /// What lookups of `n_channels` channels give at finite coordinates, for any footprint and any finite width
-    /// and blur that are not negative.
+    /// What lookups of `n_channels` channels give at finite coordinates, for any footprint, any finite width
+    /// and any finite blur that is not negative.
     ///
     /// The options count except for interpolation, width and blur. A lookup at infinite or NaN coordinates
     /// gives 0, which may be outside. All levels are read, and computed if the file has none.

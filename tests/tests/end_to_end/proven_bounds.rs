@@ -139,8 +139,8 @@ fn guards_and_ranges_are_proved() {
     assert!(wrong.claims[0].at.as_ref().unwrap()[0] < 0.0);
 }
 
-/// Shaders whose values stay together only if the cases of a branch, of a whole number or of an index are walked
-/// apart; the smallest and the largest value of each is a matter of course.
+/// Shaders whose values stay together only if the cases of a branch, of a whole number or of an index are
+/// walked apart; the smallest and the largest value of each is a matter of course.
 const CASES: [(&str, &str, [f64; 2]); 8] = [
     (
         "a cell",

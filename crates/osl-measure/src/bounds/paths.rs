@@ -66,8 +66,8 @@ impl Paths {
     }
 }
 
-/// Walks a tile path by path. The result is the hull of the outputs, and what was seen; `None` if no place has
-/// cases, or if the walks have to stop.
+/// Walks a tile path by path. The result is the hull of the outputs, and what was seen; `None` if no place
+/// has cases, or if the walks have to stop.
 pub(super) fn apart(
     program: Program<'_>,
     tile: &Tile,

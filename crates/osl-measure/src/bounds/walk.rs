@@ -1,10 +1,10 @@
 //! Walks a body once for a whole tile of points: each value is an [`Enclosure`] of its values at all of them.
 //!
 //! A branch that the tile does not decide is walked on both sides, each under the assumption that its
-//! condition holds (`assume`), and the results are joined; or the tile is walked once for each side (`paths`).
-//! A loop is walked round by round; from a number of
-//! rounds on, its variables are widened until they no longer grow. Every instruction reports what it was
-//! given to `sites`. This module must not know how tiles are chosen.
+//! condition holds (`assume`), and the results are joined; or the tile is walked once for each side
+//! (`paths`). A loop is walked round by round; from a number of rounds on, its variables are widened until
+//! they no longer grow. Every instruction reports what it was given to `sites`. This module must not know how
+//! tiles are chosen.
 
 use super::assume::{Defs, Undo};
 use super::calls::Calls;
