@@ -91,7 +91,7 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         }
         let LookupOptions { width, blur, .. } = *self.options;
         if let Some(color) = self.texture.constant_color()
-            && !self.is_black_outside()
+            && !is_black_outside(self.texture, self.options)
         {
             return self.alike(color);
         }
@@ -116,18 +116,6 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         sum
     }
 
-    /// The wraps of s and t.
-    fn wraps(&self) -> (Wrap, Wrap) {
-        let wraps = self.texture.wraps();
-        (self.options.wrap_s.or_file(wraps.0), self.options.wrap_t.or_file(wraps.1))
-    }
-
-    fn is_black_outside(&self) -> bool {
-        let black = |wrap| matches!(wrap, Wrap::Black | Wrap::File);
-        let (s, t) = self.wraps();
-        black(s) || black(t)
-    }
-
     /// The result of a lookup in a texture whose texels all have this color.
     fn alike(&self, color: &[f32; 4]) -> Sample {
         let n_stored = self.texture.channels().len();
@@ -150,7 +138,7 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         let n_stored = self.texture.channels().len();
         let n_wanted = self.n_channels.min(4);
         let first = options.first_channel.min(n_stored);
-        let (wrap_s, wrap_t) = self.wraps();
+        let (wrap_s, wrap_t) = wraps(self.texture, options);
         let level = level_at(self.texture, index);
         let source = Source {
             level,
@@ -171,6 +159,19 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         };
         LevelSource { source, interp }
     }
+}
+
+/// The wraps of s and t.
+fn wraps(texture: &Texture, options: &LookupOptions) -> (Wrap, Wrap) {
+    let of_file = texture.wraps();
+    (options.wrap_s.or_file(of_file.0), options.wrap_t.or_file(of_file.1))
+}
+
+/// Whether the texture is black outside the unit square, at least on two sides.
+pub(crate) fn is_black_outside(texture: &Texture, options: &LookupOptions) -> bool {
+    let black = |wrap| matches!(wrap, Wrap::Black | Wrap::File);
+    let (s, t) = wraps(texture, options);
+    black(s) || black(t)
 }
 
 /// One level with the settings shared by all probes of a lookup.

@@ -10,6 +10,7 @@ use crate::decoded::Decoded;
 use crate::image::{Header, ImageData, StoredType};
 use crate::level::Level;
 use crate::levels::{made, samples_below, sizes_below};
+use crate::reach::Reach;
 use crate::texels::Texels;
 use crate::wrap::Wrap;
 use osl_limits::Limits;
@@ -24,6 +25,8 @@ pub struct Texture {
     has_levels: bool,
     /// The color of all texels, if the file says that they are equal.
     constant: Option<[f32; 4]>,
+    /// The smallest and the largest texel of each channel, see `reach`.
+    pub(crate) extremes: OnceLock<Vec<Reach>>,
     channels: Vec<String>,
     stored: StoredType,
     wraps: (Wrap, Wrap),
@@ -90,6 +93,7 @@ impl Texture {
             coarser,
             has_levels,
             constant,
+            extremes: OnceLock::new(),
             channels,
             stored,
             wraps,

@@ -139,6 +139,153 @@ fn guards_and_ranges_are_proved() {
     assert!(wrong.claims[0].at.as_ref().unwrap()[0] < 0.0);
 }
 
+/// Shaders whose values stay together only if the cases of a branch, of a whole number or of an index are
+/// walked apart; the smallest and the largest value of each is a matter of course.
+const CASES: [(&str, &str, [f64; 2]); 8] = [
+    (
+        "a cell",
+        "float k = floor(4 * u); float from = k * k; float to = (k + 1) * (k + 1);
+        r = to == from ? 0.5 : clamp(4 * u - k, 0, 1) * (to - from) / (to - from);",
+        [-0.01, 1.01],
+    ),
+    ("a branch", "float a = 1; float b = 2; if (u + v > 0.3) { a = 5; b = 7; } r = 1 / (b - a);", [0.5, 1.0]),
+    (
+        "nested branches",
+        "float a = 1; float b = 2; if (u > 0.1) { a = 3; if (v > 0.2) b = 5; else b = 4; }
+        r = b - a;",
+        [1.0, 2.0],
+    ),
+    ("a negative int", "int k = (int) (5 * u - 2); float from = 3 * k; r = (3 * k + 1) - from;", [1.0, 1.0]),
+    ("a triple", "vector k = floor(3 * P); vector m = k * k + 1; r = m[0] / m[0] + m[1] / m[1];", [2.0, 2.0]),
+    (
+        "an index",
+        "float from[3] = {1, 4, 9}; float to[3] = {2, 6, 12};
+        int i = u < 0 ? 0 : v < 0.4 ? 1 : 2; r = to[i] - from[i];",
+        [1.0, 3.0],
+    ),
+    (
+        "a write",
+        "float t[3] = {1, 1, 1}; int i = (int) clamp(3 * u, 0, 2); t[i] = 4; r = t[0] + t[1] + t[2];",
+        [6.0, 6.0],
+    ),
+    (
+        "after a loop",
+        "float x = u; for (int i = 0; i < 3; i++) { if (x < v) x += 0.25; }
+        float a = 0; if (x > 1) a = 1; r = a * (1 - a);",
+        [0.0, 0.0],
+    ),
+];
+
+/// Bounds hold at the points of many grids with the same derivatives.
+fn holds_in_many_places(name: &str, text: &str, tiles: usize) -> bounds::Report {
+    let points = Grid { scale: [1.0, 0.7], ..Grid::new(9, 8) };
+    let services = run::services();
+    let proven = enclosed::prove(text, &services, &points, (SCALE, OFFSET), tiles).unwrap();
+    for at in 0..60 {
+        let share = |step: usize| (at * step % 61) as f32 / 60.0;
+        let place =
+            |axis: usize, step| OFFSET[axis] + share(step) * (SCALE[axis] - points.scale[axis]) * 0.999;
+        let moved = Grid { offset: [place(0, 1), place(1, 23)], ..points.clone() };
+        let found = enclosed::violation(&proven, text, &services, &moved);
+        assert_eq!(found, None, "{name} at {:?}", moved.offset);
+    }
+    proven.report
+}
+
+#[test]
+fn cases_are_walked_apart() {
+    for (name, body, [lowest, highest]) in CASES {
+        let text = format!("shader s(output float r = 0) {{ {body} }}");
+        let report = holds_in_many_places(name, &text, 1_500);
+        let output = &report.outputs[0];
+        assert!(output.lowest >= lowest && output.highest <= highest, "{name}: {output:?}");
+        assert_eq!(output.never_nan, Verdict::Proven, "{name}");
+        assert!(report.claims.iter().all(|claim| claim.verdict == Verdict::Proven), "{name}: {report:?}");
+    }
+}
+
+/// Lookups, with the smallest and the largest value that the texels allow.
+const LOOKUPS: [(&str, [f64; 2]); 14] = [
+    ("r = texture(\"tex64.png\", u, v);", [0.0, 1.0001]),
+    ("r = texture(\"tex64f.exr\", 3 * u, v, \"wrap\", \"periodic\");", [-0.001, 4.0]),
+    ("r = texture(\"tex64.png\", u, v, \"swrap\", u > 0 ? \"clamp\" : \"black\");", [0.0, 1.0001]),
+    ("r = texture(\"tex64.png\", u, v, \"width\", 4, \"blur\", 0.1, \"interp\", \"closest\");", [0.0, 1.0001]),
+    ("r = texture(\"tex3x2gray.png\", u, v, \"firstchannel\", 2, \"fill\", 0.5);", [0.0, 0.5001]),
+    ("r = texture(\"tex3x2gray.png\", u, v, \"firstchannel\", 2, \"fill\", u);", [-1.001, 2.001]),
+    ("texture(\"tex4rgba.exr\", u, v, \"alpha\", r);", [-0.001, 4.0]),
+    ("r = texture(\"none.png\", u, v);", [0.0, 0.0]),
+    ("r = texture(\"none.png\", u, v, \"fill\", v);", [-0.701, 1.801]),
+    ("color c = texture(\"none.png\", u, v, \"missingcolor\", color(u, 3, 4), \"missingalpha\", 7, \"alpha\", r);
+        r += c[2];", [11.0, 11.0]),
+    ("r = texture(\"none.png\", u, v, \"missingalpha\", 7, \"fill\", 2);", [2.0, 2.0]),
+    ("r = texture(\"tex64.png\", 1 / (u - u), v, \"wrap\", \"clamp\");", [0.0, 1.0001]),
+    ("r = environment(\"tex64.png\", vector(u, v, 1), \"blur\", 0.2);", [-0.0001, 1.0001]),
+    ("string e; r = environment(\"none.png\", vector(u, v, 1), \"fill\", 0.25, \"errormessage\", e);", [0.25, 0.25]),
+];
+
+#[test]
+fn textures_are_bounded_by_their_texels() {
+    for (body, [lowest, highest]) in LOOKUPS {
+        let text = format!("shader s(output float r = 0) {{ {body} }}");
+        let report = holds_in_many_places(body, &text, 60);
+        let output = &report.outputs[0];
+        assert!(output.lowest >= lowest && output.highest <= highest, "{body}: {output:?}");
+        assert_eq!(output.never_nan, Verdict::Proven, "{body}");
+    }
+    // Unknown options and names bound nothing.
+    let blurred = "r = texture(\"tex64.png\", u, v, \"blur\", -u);";
+    for body in [blurred, "r = texture(format(\"%g.png\", u), u, v);"] {
+        let report = holds_in_many_places(body, &format!("shader s(output float r = 0) {{ {body} }}"), 8);
+        assert!(!report.outputs[0].is_finite, "{body}");
+    }
+    // Which file it is may be a case.
+    let body = "r = texture(u > v ? \"tex64.png\" : \"none.png\", u, v, \"fill\", 0.5);";
+    let report = holds_in_many_places(body, &format!("shader s(output float r = 0) {{ {body} }}"), 60);
+    assert!(report.outputs[0].highest <= 1.0001, "{:?}", report.outputs);
+}
+
+/// Colors between spaces, with the smallest and the largest value of a component.
+const COLORS: [(&str, usize, [f64; 2]); 8] = [
+    ("transformc(\"rgb\", \"sRGB\", color(clamp(u, 0, 1), 0.5, 0))", 0, [-0.001, 1.001]),
+    ("transformc(\"sRGB\", \"rgb\", color(clamp(u, 0, 1), v, 0))", 0, [-0.001, 1.001]),
+    ("transformc(\"rgb\", \"XYZ\", color(clamp(u, 0, 1), clamp(v, 0, 1), 0.5))", 1, [0.0, 1.0]),
+    ("transformc(\"XYZ\", \"YIQ\", color(u, v, 0.5))", 2, [-20.0, 20.0]),
+    ("color(\"hsv\", u, clamp(v, 0, 1), 0.5)", 1, [-0.001, 0.501]),
+    ("color(\"hsl\", clamp(u, 0, 1), 0.5, clamp(v, 0, 1))", 0, [f64::NEG_INFINITY, f64::INFINITY]),
+    ("transformc(\"hsv\", \"hsv\", color(clamp(u, 0, 1), 0.5, clamp(v, 0, 1)))", 2, [-0.001, 1.001]),
+    ("transformc(\"nowhere\", \"rgb\", color(clamp(u, 0, 1), 0.5, v))", 0, [0.0, 1.0]),
+];
+
+#[test]
+fn colors_between_spaces_are_bounded() {
+    for (value, component, [lowest, highest]) in COLORS {
+        let report = holds_in_many_places(value, &format!("shader s(output color c = {value}) {{ }}"), 200);
+        let output = &report.outputs[component];
+        assert!(output.lowest >= lowest && output.highest <= highest, "{value}: {output:?}");
+    }
+}
+
+/// The statements about the seed shaders in docs/accuracy.md.
+#[test]
+fn the_seed_shaders_stay_in_range() {
+    let of = |shader: &str| {
+        let text = std::fs::read_to_string(run::root().join(format!("osl/{shader}.osl"))).unwrap();
+        let text = osl_syntax::repair::repair(shader, &text, &NoFiles, &Options::default())
+            .map_or(text, |repaired| repaired.text);
+        let unit = ([1.0; 2], [0.0; 2]);
+        enclosed::prove(&text, &run::services(), &Grid::new(64, 64), unit, 6_000).unwrap().report
+    };
+    for shader in ["flakes", "strips", "sprinkles", "chaosmosaic"] {
+        let report = of(shader);
+        assert!(report.claims.iter().all(|claim| claim.verdict == Verdict::Proven), "{shader}: {report:?}");
+        for output in &report.outputs {
+            let least = if output.component == "b" { -1.0 } else { 0.0 };
+            let is_inside = output.lowest >= least && output.highest <= 1.0 + 1e-6;
+            assert!(is_inside && output.never_nan == Verdict::Proven, "{shader}: {output:?}");
+        }
+    }
+}
+
 /// Values of endless loops and of what is not known are unknown, and the search ends.
 #[test]
 fn long_loops_end() {

@@ -173,7 +173,7 @@ impl Walk<'_> {
         }
     }
 
-    fn narrow(&mut self, value: ValueId, to: Enclosure, undo: &mut Undo) {
+    pub(super) fn narrow(&mut self, value: ValueId, to: Enclosure, undo: &mut Undo) {
         if let Some(place) = self.values.get_mut(value.index()) {
             undo.0.push((value, place.replace(to)));
         }

@@ -1,15 +1,18 @@
 //! Bounds of calls that need more than a lane's arithmetic. A noise is bounded by its range, and on a small
-//! tile by its value in the middle and its steepest slope. A call with known arguments runs. All other calls
-//! may have any result. This module must not know how a body is walked.
+//! tile by its value in the middle and its steepest slope. A call with known arguments runs. Lookups in
+//! textures are bounded by their texels (`textures`), and conversions of colors by their operations. All
+//! other calls may have any result. This module must not know how a body is walked.
 
 use super::domain::Tile;
+use super::textures;
 use super::walk::shaped;
 use crate::trace::{NoiseCall, OnePoint, run_call};
 use osl_exec::{PointSource, Services};
 use osl_ir::ir::{Body, Const, Inst, Kernel, Kind, ValueId};
 use osl_limits::Limits;
 use osl_noise::bounds::{largest, steepest};
-use osl_numeric::interval::{Enclosure, Interval};
+use osl_numeric::interval::{Enclosure, Interval, eval};
+use osl_numeric::spaces;
 use rustc_hash::FxHashMap;
 use std::sync::Mutex;
 
@@ -74,7 +77,11 @@ impl<'a> Calls<'a> {
         }
         let args: Option<Vec<Const>> = given.iter().map(Enclosure::value).collect();
         let array: Option<Vec<Const>> = read.unwrap_or_default().iter().map(Enclosure::value).collect();
-        let (Some(args), Some(array)) = (args, array) else { return any() };
+        let (Some(args), Some(array)) = (args, array) else {
+            let converted = || converted(kernel, given).map(|color| vec![color]);
+            let found = textures::lookup(self.services, kernel, given, kinds).or_else(converted);
+            return found.unwrap_or_else(any);
+        };
         let results = self.run(kernel, args, kinds, &array, inst);
         results.map_or_else(any, |results| results.iter().map(Enclosure::point).collect())
     }
@@ -134,6 +141,33 @@ enum Attribute {
     /// The same at all points.
     Shared,
     Unknown,
+}
+
+/// A color between spaces with known names: the operations by way of RGB. `None` for other calls.
+fn converted(kernel: &Kernel, given: &[Enclosure]) -> Option<Enclosure> {
+    let (Kernel::ColorBetween, [Enclosure::Str(Some(from)), Enclosure::Str(Some(to)), color, system @ ..]) =
+        (kernel, given)
+    else {
+        return None;
+    };
+    let number = match system {
+        [] => 0,
+        [Enclosure::Int(number)] => number.value()?,
+        _ => return None,
+    };
+    let paths = spaces::path_in(from, true, number).zip(spaces::path_in(to, false, number));
+    // An unknown space is an error and leaves the color unchanged.
+    let Some((first, second)) = paths else { return Some(color.clone()) };
+    let mut value = color.clone();
+    for op in first.iter().chain(second) {
+        let mut operands = vec![value];
+        if op.takes_system() {
+            operands.extend(system.iter().cloned());
+        }
+        value = eval(*op, &operands)?;
+    }
+    // From a space to itself, some forms of the program convert to RGB and back, and others do nothing.
+    Some(if from == to { value.hull(color) } else { value })
 }
 
 /// The results of a noise; `None` for other calls, and for Gabor noise and unknown names.

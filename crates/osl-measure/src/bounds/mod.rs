@@ -12,9 +12,11 @@
 mod assume;
 mod calls;
 mod domain;
+mod paths;
 mod search;
 mod sites;
 pub mod text;
+mod textures;
 mod walk;
 
 pub use domain::{Domain, Open, Range};

@@ -8,6 +8,7 @@
 use super::assume::Defs;
 use super::calls::Calls;
 use super::domain::{Domain, Tile};
+use super::paths::{self, Paths};
 use super::sites::{Place, Sites, Watched, What};
 use super::walk::{Program, Walk};
 use super::{Claim, Output, Report, Verdict};
@@ -40,6 +41,9 @@ impl Default for Effort {
 
 /// Tiles that are split in one round.
 const ROUND: usize = 32;
+
+/// From this score on, a tile is walked path by path.
+const POOR: f64 = 0.25;
 
 /// What a tile shows.
 struct Walked {
@@ -79,8 +83,18 @@ pub fn prove(
     let program = Program { body, defs: &defs, points, calls: &calls };
     let walk = |tile: Tile| {
         let mut sites = Sites::new(watched.clone());
-        let outputs = Walk::run(program, &tile, &mut sites);
+        let outputs = Walk::run(program, &tile, &mut sites, &mut Paths::joined()).unwrap_or_default();
         Walked { numbers: components(&outputs), seen: sites.seen, tile }
+    };
+    // Many walks: only for a tile of which too little is known.
+    let walk_well = |tile: Tile, reached: &Reached| {
+        let mut walked = walk(tile);
+        if walked.score(reached) >= POOR
+            && let Some((outputs, sites)) = paths::apart(program, &walked.tile, &watched)
+        {
+            walked.meet(&components(&outputs), &sites);
+        }
+        walked
     };
     let mut reached = Reached::default();
     let mut tiles = vec![walk(domain.whole())];
@@ -103,7 +117,7 @@ pub fn prove(
             .into_par_iter()
             .map(|(at, halves)| {
                 let middles = halves.each_ref().map(|half| walk(half.middle(domain)));
-                (at, halves.map(walk), middles)
+                (at, halves.map(|half| walk_well(half, &reached)), middles)
             })
             .collect();
         walked += 2 * found.len();
@@ -122,6 +136,33 @@ pub fn prove(
 }
 
 impl Walked {
+    /// How much more could be known: by how much an enclosure exceeds the numbers that were reached, at least
+    /// one half if a statement is open.
+    fn score(&self, reached: &Reached) -> f64 {
+        let by_numbers = self.numbers.iter().zip(&reached.numbers).map(|(x, known)| excess(*x, *known));
+        let most = by_numbers.fold(0.0, f64::max);
+        let is_open = |(place, seen): (&Place, &super::sites::Seen)| {
+            !seen.is_safe && !reached.wrong.contains_key(place)
+        };
+        if self.seen.iter().any(is_open) { most.max(0.5) } else { most }
+    }
+
+    /// Adds what other walks of the same tile showed. They saw every place that a point reaches.
+    fn meet(&mut self, numbers: &[Interval], sites: &Sites) {
+        for (own, other) in self.numbers.iter_mut().zip(numbers) {
+            *own = own.meet(*other);
+        }
+        for (place, seen) in &mut self.seen {
+            match sites.seen.get(place) {
+                Some(other) => {
+                    seen.is_safe |= other.is_safe;
+                    seen.values = seen.values.meet(other.values);
+                }
+                None => (seen.is_safe, seen.values) = (true, Interval::NONE),
+            }
+        }
+    }
+
     /// Keeps the bounds of the larger tile that contains this one.
     fn inherit(&mut self, whole: &Walked) {
         for (own, of_whole) in self.numbers.iter_mut().zip(&whole.numbers) {
@@ -158,12 +199,7 @@ impl Reached {
 fn open_tiles(tiles: &[Walked], reached: &Reached, domain: &Domain, effort: Effort) -> Vec<usize> {
     let mut open: Vec<(f64, f64, usize)> = Vec::new();
     for (at, walked) in tiles.iter().enumerate() {
-        let by_numbers = walked.numbers.iter().zip(&reached.numbers).map(|(x, known)| excess(*x, *known));
-        let most = by_numbers.fold(0.0, f64::max);
-        let is_open = |(place, seen): (&Place, &super::sites::Seen)| {
-            !seen.is_safe && !reached.wrong.contains_key(place)
-        };
-        let score = if walked.seen.iter().any(is_open) { f64::max(most, 0.5) } else { most };
+        let score = walked.score(reached);
         if score > effort.tight && domain.longest(&walked.tile).is_some() {
             open.push((score, walked.tile.volume(domain), at));
         }

@@ -128,6 +128,13 @@ impl Sites {
         Sites { watched, seen: BTreeMap::new(), open: 0 }
     }
 
+    /// Adds what was seen on another path.
+    pub(super) fn add(&mut self, other: Sites) {
+        for ((span, what), seen) in other.seen {
+            self.record(span, what, (seen.is_safe, seen.values), false);
+        }
+    }
+
     fn record(&mut self, span: Span, what: What, (is_safe, values): (bool, Interval), is_known: bool) {
         let is_wrong = !is_safe && is_known && self.open == 0;
         let seen = self.seen.entry((span, what)).or_insert(Seen {

@@ -90,7 +90,7 @@ fn outward(x: f64, down: bool) -> String {
     let scale: f64 = format!("1e{}", digits.clamp(-300, 300)).parse().unwrap_or(1.0);
     let rounded = if down { (x * scale).floor() } else { (x * scale).ceil() } / scale;
     if rounded.abs() < 1e-4 || rounded.abs() >= 1e7 {
-        return short(format!("{rounded:e}"));
+        return short(&format!("{rounded:.5e}"));
     }
     let places = digits.clamp(0, 12) as usize;
     let text = format!("{rounded:.places$}");
@@ -103,11 +103,10 @@ fn decimal_exponent(x: f64) -> i32 {
     text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
-/// A number with an exponent, with at most six digits: `outward` has rounded it already.
-fn short(text: String) -> String {
-    let Some((digits, exponent)) = text.split_once('e') else { return text };
-    let digits: String = digits.chars().take(9).collect();
-    format!("{digits}e{exponent}")
+/// A number with an exponent, without zeros at the end of its digits.
+fn short(text: &str) -> String {
+    let Some((digits, exponent)) = text.split_once('e') else { return text.to_string() };
+    format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
 /// A statement, with the line of the source.

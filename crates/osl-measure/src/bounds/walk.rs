@@ -1,13 +1,15 @@
 //! Walks a body once for a whole tile of points: each value is an [`Enclosure`] of its values at all of them.
 //!
 //! A branch that the tile does not decide is walked on both sides, each under the assumption that its
-//! condition holds (`assume`), and the results are joined. A loop is walked round by round; from a number of
-//! rounds on, its variables are widened until they no longer grow. Every instruction reports what it was
-//! given to `sites`. This module must not know how tiles are chosen.
+//! condition holds (`assume`), and the results are joined; or the tile is walked once for each side
+//! (`paths`). A loop is walked round by round; from a number of rounds on, its variables are widened until
+//! they no longer grow. Every instruction reports what it was given to `sites`. This module must not know how
+//! tiles are chosen.
 
 use super::assume::{Defs, Undo};
 use super::calls::Calls;
 use super::domain::Tile;
+use super::paths::Paths;
 use super::sites::Sites;
 use osl_exec::PointSource;
 use osl_ir::global::Global;
@@ -39,13 +41,24 @@ pub(super) struct Walk<'a> {
     tile: &'a Tile,
     pub(super) values: Vec<Option<Enclosure>>,
     arrays: Arrays,
-    sites: &'a mut Sites,
+    pub(super) sites: &'a mut Sites,
+    pub(super) paths: &'a mut Paths,
+    /// The number of loops and of branches with joined sides around the instruction.
+    pub(super) joined: usize,
+    /// Whether no point takes this path.
+    pub(super) is_dead: bool,
     steps: usize,
 }
 
 impl<'a> Walk<'a> {
-    /// Walks the whole body; the result is the enclosures of each output.
-    pub(super) fn run(program: Program<'a>, tile: &'a Tile, sites: &'a mut Sites) -> Vec<Vec<Enclosure>> {
+    /// Walks the whole body on a path; the result is the enclosures of each output, `None` if no point takes
+    /// this path.
+    pub(super) fn run(
+        program: Program<'a>,
+        tile: &'a Tile,
+        sites: &'a mut Sites,
+        paths: &'a mut Paths,
+    ) -> Option<Vec<Vec<Enclosure>>> {
         let body = program.body;
         // Arrays begin with zeros.
         let zeros = |slot: &osl_ir::ir::Slot| {
@@ -53,14 +66,26 @@ impl<'a> Walk<'a> {
             vec![zero; slot.len.unwrap_or(0) as usize]
         };
         let arrays = body.slots.iter().map(zeros).collect();
-        let mut walk =
-            Walk { program, tile, values: vec![None; body.values.len()], arrays, sites, steps: STEPS };
+        let mut walk = Walk {
+            program,
+            tile,
+            values: vec![None; body.values.len()],
+            arrays,
+            sites,
+            paths,
+            joined: 0,
+            is_dead: false,
+            steps: STEPS,
+        };
         walk.block(body.entry);
+        if walk.is_dead {
+            return None;
+        }
         let of = |output: &osl_ir::ir::Output| match output.source {
             Source::Value(value) => vec![walk.of(value)],
             Source::Slot(slot) => walk.arrays.get(slot.index()).cloned().unwrap_or_default(),
         };
-        body.outputs.iter().map(of).collect()
+        Some(body.outputs.iter().map(of).collect())
     }
 
     /// The enclosure of a value; every value of its kind if its definition was not walked.
@@ -89,6 +114,9 @@ impl<'a> Walk<'a> {
         let body = self.program.body;
         for inst in &body.block(id).insts {
             self.inst(inst);
+            if self.is_dead {
+                return;
+            }
         }
     }
 
@@ -108,7 +136,10 @@ impl<'a> Walk<'a> {
             Op::Input(index) => self.tile.input(self.program.body, *index),
             Op::Lane(op, args) => self.lane(*op, args, inst),
             Op::Kernel(kernel, args) => return self.kernel(kernel, args, inst),
-            Op::LoadElement(slot, index) => self.load(*slot, *index),
+            Op::LoadElement(slot, index) => {
+                self.element(*index);
+                self.load(*slot, *index)
+            }
             Op::StoreElement(slot, index, value) => return self.store(*slot, *index, *value),
             Op::If { cond, then, otherwise, then_yields, else_yields } => {
                 return self.branch(inst, *cond, [*then, *otherwise], [then_yields, else_yields]);
@@ -139,7 +170,7 @@ impl<'a> Walk<'a> {
             (LaneOp::FSub, [x, whole]) => self.program.defs.is_floor_of(*whole, *x),
             _ => false,
         };
-        if is_fraction { fractions(&value) } else { value }
+        if is_fraction { fractions(&value) } else { self.wholes(op, args, value) }
     }
 
     fn kernel(&mut self, kernel: &Kernel, args: &[ValueId], inst: &Inst) {
@@ -193,8 +224,18 @@ impl<'a> Walk<'a> {
             self.set_all(&inst.results, &results);
             return;
         }
+        if let Some(side) = self.case(2) {
+            self.is_dead |= !self.assume(cond, side == 0, &mut Undo::default());
+            if !self.is_dead {
+                self.block(sides[side]);
+            }
+            let results = self.all(yields[side]);
+            self.set_all(&inst.results, &results);
+            return;
+        }
         let before = self.arrays.clone();
         self.sites.open += 1;
+        self.joined += 1;
         let mut joined: Option<(Vec<Enclosure>, Arrays)> = None;
         for (side, truth) in [(0, true), (1, false)] {
             self.arrays.clone_from(&before);
@@ -211,6 +252,7 @@ impl<'a> Walk<'a> {
             self.restore(undo);
         }
         self.sites.open -= 1;
+        self.joined -= 1;
         // If no side can be reached, then neither can this branch, and any result is right.
         let any = || inst.results.iter().map(|r| Enclosure::any(self.program.body.kind(*r))).collect();
         let (results, arrays) = joined.unwrap_or_else(|| (any(), before));
@@ -222,6 +264,7 @@ impl<'a> Walk<'a> {
         let mut carried = self.all(repeat.init);
         let mut ends = Ends::default();
         let (mut open, before) = (0, self.sites.open);
+        self.joined += 1;
         loop {
             if open > OPEN_ROUNDS || (self.steps == 0 && open > 0) {
                 self.widened(repeat, carried, &mut ends);
@@ -242,6 +285,7 @@ impl<'a> Walk<'a> {
             }
         }
         self.sites.open = before;
+        self.joined -= 1;
         let any = || inst.results.iter().map(|r| Enclosure::any(self.program.body.kind(*r))).collect();
         let results = ends.results.unwrap_or_else(any);
         if let Some(arrays) = ends.arrays {
