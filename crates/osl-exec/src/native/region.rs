@@ -157,23 +157,31 @@ fn each_array(step: &Step, visit: &mut dyn FnMut(u32)) {
 
 /// Whether steps are computed for all lanes if some take them.
 fn is_small(steps: &Steps) -> bool {
-    let inner = |step: &Step| match step {
-        Step::If { then, otherwise, .. } => is_small(then) && is_small(otherwise),
-        Step::Loop { .. } => false,
-        _ => true,
-    };
-    weight(steps) <= SMALL && steps.list.iter().all(inner)
+    sized(steps).1
 }
 
 /// The cost of steps, with that of small sides of branches in them.
 fn weight(steps: &Steps) -> u64 {
-    let inner = |step: &Step| match step {
-        Step::If { then, otherwise, .. } => {
-            [then, otherwise].into_iter().filter(|side| is_small(side)).map(weight).sum()
+    sized(steps).0
+}
+
+/// [`weight`] and [`is_small`] in one walk: each of them needs both of every side within, so that two walks
+/// would take twice as long for each level of branches.
+fn sized(steps: &Steps) -> (u64, bool) {
+    let (mut weight, mut is_small) = (steps.weight, true);
+    for step in &steps.list {
+        match step {
+            Step::If { then, otherwise, .. } => {
+                for (cost, small) in [then, otherwise].map(sized) {
+                    weight += if small { cost } else { 0 };
+                    is_small &= small;
+                }
+            }
+            Step::Loop { .. } => is_small = false,
+            _ => {}
         }
-        _ => 0,
-    };
-    steps.weight + steps.list.iter().map(inner).sum::<u64>()
+    }
+    (weight, is_small && weight <= SMALL)
 }
 
 /// The cost of a round as the code counts it.
