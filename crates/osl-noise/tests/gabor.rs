@@ -65,7 +65,7 @@ fn column(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec<f32>> {
     ]
 }
 
-/// Options, of which all or some change from point to point.
+/// Options for all points. Some of them, or all, change from point to point.
 fn options() -> impl Strategy<Value = Vec<Options>> {
     let bandwidth = prop_oneof![3 => 0.5f32..3.0, 1 => Just(f32::NAN), 1 => 0.0f32..200.0];
     let length = prop_oneof![4 => Just(1.0f32), 1 => Just(1e7), 1 => Just(1e25), 1 => Just(f32::INFINITY)];

@@ -86,7 +86,7 @@ pub fn prove(
         let outputs = Walk::run(program, &tile, &mut sites, &mut Paths::joined()).unwrap_or_default();
         Walked { numbers: components(&outputs), seen: sites.seen, tile }
     };
-    // Many walks: only for a tile of which too little is known.
+    // Walking each case takes many walks, so only a tile with poor bounds is walked this way.
     let walk_well = |tile: Tile, reached: &Reached| {
         let mut walked = walk(tile);
         if walked.score(reached) >= POOR

@@ -17,7 +17,7 @@ use crate::unroll::array;
 /// A value and its partials in both directions.
 pub(super) type Values = [Lanes; 3];
 
-/// Points with the same [key](super::site::Key), of which all or none have a filter.
+/// Points with the same [key](super::site::Key). Either all of them have a filter, or none has one.
 pub(super) struct Cluster {
     /// The first point.
     first: Site,
