@@ -1,7 +1,8 @@
 //! The lane operations as loops over slices, stamped from the one list of [`osl_numeric::for_each_lane_op!`].
 //!
 //! Each body becomes plain loops over slices, in a function for each operation and instruction set; the
-//! compiler vectorises the loops. One function with the loops of all operations would save calls, but takes
+//! compiler vectorises the loops. In single precision there are none for AVX-512, which uses those for AVX2:
+//! machine code takes over after some thousands of lanes. One function with the loops of all operations would save calls, but takes
 //! the compiler more than twice the time. Cheap bodies have a loop for each combination of lane arrays and
 //! single arguments, all others only one for lane arrays. Loops ignore the mask: inactive lanes compute
 //! values that are not used.
@@ -415,7 +416,7 @@ macro_rules! stamp {
         /// Runs an operation of the strict arithmetic.
         pub fn run_strict(isa: Isa, call: LaneCall<'_, u32>) {
             match call.op {
-                $(LaneOp::$name => isa.dispatch(
+                $(LaneOp::$name => isa.dispatch_to_avx2(
                     Single::<u32, f32, { LaneOp::$name as u16 }>(call, PhantomData))),*
             }
         }

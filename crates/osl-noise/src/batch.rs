@@ -178,10 +178,11 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
                 return by_form::<T, F, D>(isa, field, Call { kind, coords, periods, out });
             }
             let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
-            if size_of::<T>() == size_of::<f32>() && p.is_none() {
-                return T::dispatch(isa, ThreeDual { field, c, out, n });
+            let nine = ThreeDual { field, c, out, n };
+            let left = if p.is_none() { T::dispatch_nine(isa, nine) } else { Some(nine) };
+            if let Some(nine) = left {
+                nine.lane_by_lane(p);
             }
-            T::dispatch(isa, ThreeDualRare { field, c, p, out, n });
         }
     }
 }
@@ -344,21 +345,12 @@ impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
     }
 }
 
-/// Nine results a lane at a time: for double precision, which is a reference, and for periods. Vectors would
-/// take the compiler longer than they save.
-struct ThreeDualRare<'a, T, F, const D: usize> {
-    field: F,
-    c: Duals<'a, T, D>,
-    p: Option<[&'a [T]; D]>,
-    out: [&'a mut [T]; 9],
-    n: usize,
-}
-
-impl<T: Float, F: Field, const D: usize> Kernel for ThreeDualRare<'_, T, F, D> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        let ThreeDualRare { field, c, p, mut out, n } = self;
+impl<T: Float, F: Field, const D: usize> ThreeDual<'_, T, F, D> {
+    /// The results a lane at a time, for double precision, which is a reference, and for periods. Vectors would
+    /// take the compiler longer than they save, and so would this code for each instruction set.
+    #[inline(never)]
+    fn lane_by_lane(self, p: Option<[&[T]; D]>) {
+        let ThreeDual { field, c, mut out, n } = self;
         for i in 0..n {
             let periods = p.map(
                 #[inline(always)]

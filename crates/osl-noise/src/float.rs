@@ -50,6 +50,8 @@ pub trait Float:
     fn nan_of(x: Self, period: Self) -> Self;
     /// Runs a kernel with the instruction set, or with the baseline if it is not compiled for that one.
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K);
+    /// Runs a kernel for nine results in vectors, or gives it back if none is compiled for this precision.
+    fn dispatch_nine<K: Kernel<Output = ()>>(isa: Isa, kernel: K) -> Option<K>;
     /// Coordinates and results, if they are in single precision.
     fn singles<'a, const D: usize>(
         coords: [&'a [Self]; D],
@@ -109,6 +111,10 @@ impl Float for f32 {
     }
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
         isa.dispatch(kernel);
+    }
+    fn dispatch_nine<K: Kernel<Output = ()>>(isa: Isa, kernel: K) -> Option<K> {
+        isa.dispatch(kernel);
+        None
     }
     #[inline(always)]
     fn singles<'a, const D: usize>(
@@ -179,6 +185,9 @@ impl Float for f64 {
     }
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
         isa.dispatch_widest(kernel);
+    }
+    fn dispatch_nine<K: Kernel<Output = ()>>(_: Isa, kernel: K) -> Option<K> {
+        Some(kernel)
     }
     #[inline(always)]
     fn singles<'a, const D: usize>(
