@@ -39,6 +39,6 @@ pub use osl_numeric::Arithmetic;
 pub use osl_simd::Isa;
 pub use profile::ProfileEntry;
 pub use program::Program;
-pub use run::{Run, STEPS, run};
+pub use run::{Look, Run, STEPS, run};
 pub use services::{FindSpace, Services, Spaces, Unknown};
 pub use source::{Answer, Datum, PointSource};

@@ -23,7 +23,7 @@ use osl_simd::Isa;
 pub(crate) use plan::{Files, Plan};
 pub(crate) use region::{Form, RegionPlan, each_operand};
 use rustc_hash::FxHashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 /// Which sequences of lane operations become machine code. The results have the same bits either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,37 +81,52 @@ struct Made {
 }
 
 impl Plans {
-    /// The plan of a sequence, if it was made.
-    fn find(&self, shape: Shape, keys: &[Key]) -> Option<Arc<Plan>> {
-        let made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        made.plans.get(&(shape, keys.into()))?.clone()
+    /// The plans, unless another machine has them, perhaps to make one: then it is better to interpret for a
+    /// while than to wait. With `waits`, waits all the same.
+    fn open(&self, waits: bool) -> Option<MutexGuard<'_, Made>> {
+        match self.0.try_lock() {
+            Ok(made) => Some(made),
+            Err(TryLockError::Poisoned(made)) => Some(made.into_inner()),
+            Err(TryLockError::WouldBlock) => {
+                waits.then(|| self.0.lock().unwrap_or_else(PoisonError::into_inner))
+            }
+        }
     }
 
-    /// The plan of a sequence, made if necessary; `None` if it cannot have one.
+    /// The plan of a sequence, if it was made.
+    fn find(&self, shape: Shape, keys: &[Key], waits: bool) -> Option<Arc<Plan>> {
+        self.open(waits)?.plans.get(&(shape, keys.into()))?.clone()
+    }
+
+    /// The plan of a sequence, made if necessary: `None` if another machine has the plans, the inner `None`
+    /// if it cannot have one.
     fn plan<'a>(
         &self,
         shape: Shape,
         keys: &[Key],
         sequence: impl FnOnce() -> Sequence<'a>,
-    ) -> Option<Arc<Plan>> {
-        let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        waits: bool,
+    ) -> Option<Option<Arc<Plan>>> {
+        let mut made = self.open(waits)?;
         let key = (shape, keys.into());
         if let Some(plan) = made.plans.get(&key) {
-            return plan.clone();
+            return Some(plan.clone());
         }
         let plan = if made.bytes < MAX_BYTES { Plan::new(&sequence(), shape).map(Arc::new) } else { None };
         made.bytes += plan.as_ref().map_or(0, |plan| plan.bytes());
         made.plans.insert(key, plan.clone());
-        plan
+        Some(plan)
     }
 
-    /// The plan of a region in a form, made if it is known how; the inner `None` if it cannot have one.
+    /// The plan of a region in a form, made if it is known how: `None` also if another machine has the plans,
+    /// the inner `None` if it cannot have one.
     fn region(
         &self,
         key: (Shape, Form),
         make: Option<impl FnOnce(Shape) -> Option<RegionPlan>>,
+        waits: bool,
     ) -> Option<Option<Arc<RegionPlan>>> {
-        let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut made = self.open(waits)?;
         if let Some(plan) = made.regions.get(&key) {
             return Some(plan.clone());
         }
@@ -189,7 +204,7 @@ impl PlanCache {
         key: (Shape, Form),
         make: Option<impl FnOnce(Shape) -> Option<RegionPlan>>,
     ) -> Option<Option<Arc<RegionPlan>>> {
-        plans.region(key, make)
+        plans.region(key, make, self.worth == 0)
     }
 
     /// The plan of a sequence for batches of a shape, if it has occurred often enough.
@@ -204,7 +219,7 @@ impl PlanCache {
         let at = match runs.iter().position(|run| *run.keys == *keys) {
             Some(at) => at,
             None if runs.len() < MAX_FORMS => {
-                let plan = plans.find(shape, keys);
+                let plan = plans.find(shape, keys, self.worth == 0);
                 runs.push(Run { keys: keys.into(), times: plan.is_none().then_some(0), plan });
                 runs.len() - 1
             }
@@ -216,8 +231,8 @@ impl PlanCache {
             if *times * shape.width.max(FEW) <= self.worth {
                 return None;
             }
+            run.plan = plans.plan(shape, keys, sequence, self.worth == 0)?;
             run.times = None;
-            run.plan = plans.plan(shape, keys, sequence);
         }
         run.plan.clone()
     }

@@ -2,7 +2,12 @@
 //!
 //! Rows of blocks of 32 × 32 follow each other; a row is ordered by blocks, a block by its rows. So a batch
 //! covers a few blocks, or some rows of one, and mostly sees few cells of a pattern. Blocks at the right and
-//! lower border are narrower or lower. This module must not know what points are.
+//! lower border are narrower or lower. `area` divides them into tiles. This module must not know what points
+//! are.
+
+mod area;
+
+pub(crate) use area::{Area, Part, areas, cut};
 
 /// Side of a block in points.
 const SIDE: usize = 32;
@@ -100,35 +105,6 @@ impl Blocks {
             done += here;
         }
     }
-
-    /// Sorts the words of the points from `first` on into rows. `rows` begins with the first word of the row
-    /// of blocks whose first point is `start`.
-    pub fn scatter<W: Copy>(&self, first: usize, words: &[W], start: usize, rows: &mut [W]) {
-        let top = start / self.period() * SIDE;
-        let mut done = 0;
-        while done < words.len() {
-            let piece = self.piece(first + done);
-            let here = piece.left.min(words.len() - done);
-            let corner = (piece.y - top.min(piece.y)) * self.width + piece.x;
-            // Row by row: the rest of the first row, then whole ones.
-            let mut at = 0;
-            while at < here {
-                let (x, y) = piece.inside(piece.first + at);
-                let count = (piece.width - x).min(here - at);
-                let from = &words[done + at..done + at + count];
-                if let Some(to) = rows.get_mut(corner + y * self.width + x..).and_then(|r| r.get_mut(..count))
-                {
-                    // Most rows are as long as a block is wide, which takes no call.
-                    match (to.as_chunks_mut::<SIDE>().0, from.as_chunks::<SIDE>().0) {
-                        ([to], [from]) if count == SIDE => *to = *from,
-                        _ => to.copy_from_slice(from),
-                    }
-                }
-                at += count;
-            }
-            done += here;
-        }
-    }
 }
 
 impl Piece {
@@ -155,26 +131,6 @@ mod tests {
                 assert_eq!(point / blocks.period(), pixel.1 / SIDE, "{width}x{height} {point}");
             }
             assert!(seen.iter().all(|n| *n == 1), "{width}x{height}");
-        }
-    }
-
-    #[test]
-    fn words_land_at_their_pixels_whatever_the_batch() {
-        let (width, height) = (37, 50);
-        let blocks = Blocks::new(width, height);
-        for batch in [1, 7, 256, 300] {
-            let mut image = vec![u32::MAX; width * height];
-            let period = blocks.period();
-            for start in (0..width * height).step_by(period) {
-                let end = (start + period).min(width * height);
-                let rows = &mut image[start..end];
-                for first in (start..end).step_by(batch) {
-                    let points = first..(first + batch).min(end);
-                    let words: Vec<u32> = points.map(|p| blocks.position(p) as u32).collect();
-                    blocks.scatter(first, &words, start, rows);
-                }
-            }
-            assert!(image.iter().enumerate().all(|(at, word)| at as u32 == *word), "batch {batch}");
         }
     }
 

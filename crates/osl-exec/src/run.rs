@@ -14,7 +14,7 @@ use crate::error::RunError;
 use crate::frame::{Closures, Frame, Plane, Words};
 use crate::message::Messages;
 use crate::options::RunOptions;
-use crate::order::Blocks;
+use crate::order::{self, Area, Blocks};
 use crate::profile::Profile;
 use crate::program::{OutputPlan, Program, words_of};
 use crate::services::Services;
@@ -32,6 +32,13 @@ pub const STEPS: &str = "steps";
 
 /// Bytes charged for a component of an output besides its values: its name and location.
 const SLOT_BYTES: u64 = 256;
+/// The number of tiles that an image has at least, if they are not too small: at the end of a run, the
+/// threads wait for the last tile.
+const TILES: usize = 128;
+/// The least number of points in a tile that shares its rows of blocks with others.
+const LEAST: usize = 1024;
+/// The largest number of points in a tile of an image, unless a batch is larger: its values fit the cache.
+const MOST: usize = 16384;
 
 /// Runs a program over all points of a source. `progress` is called with the number of finished points.
 ///
@@ -46,6 +53,10 @@ pub fn run(
 ) -> Result<Frame, RunError> {
     Run::new(program, services, source, options).points(0..source.count(), progress)
 }
+
+/// Looks at the values of a tile: its number, and the words of each plane, both in the order in which points
+/// are shaded. The tiles of a range of points do not depend on the number of threads.
+pub type Look<'a> = dyn Fn(usize, &[&[u32]]) + Sync + 'a;
 
 /// A run that returns its points in pieces, so that not all of them have to be in memory.
 pub struct Run<'a> {
@@ -126,11 +137,34 @@ impl<'a> Run<'a> {
     /// # Errors
     /// A limit of a point or of the run is exceeded, or the program was not compiled for such a source.
     pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, RunError> {
+        self.any_points(points, progress, None)
+    }
+
+    /// The same without keeping the values: the planes of the frame are empty, and `look` gets those of each
+    /// tile. So the values of all points never have to be in memory.
+    ///
+    /// # Errors
+    /// As for [`Run::points`].
+    pub fn look(
+        &self,
+        points: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+        look: &Look<'_>,
+    ) -> Result<Frame, RunError> {
+        self.any_points(points, progress, Some(look))
+    }
+
+    fn any_points(
+        &self,
+        points: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+        look: Option<&Look<'_>>,
+    ) -> Result<Frame, RunError> {
         self.program.accepts(self.source)?;
         match self.program.arithmetic() {
-            Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress),
-            Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress),
-            Arithmetic::Double => self.points_in::<arithmetic::Double>(points, progress),
+            Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress, look),
+            Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress, look),
+            Arithmetic::Double => self.points_in::<arithmetic::Double>(points, progress, look),
         }
     }
 
@@ -138,48 +172,33 @@ impl<'a> Run<'a> {
         &self,
         points: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
+        look: Option<&Look<'_>>,
     ) -> Result<Frame, RunError> {
-        let Run { program, source, options, .. } = self;
+        let Run { program, source, .. } = self;
         let blocks = source.blocks();
         let points = points.start..points.end.min(source.count()).max(points.start);
-        // The results of a tile are a contiguous part of each plane, so it has whole rows of blocks.
-        let tile = options.tile.max(1).next_multiple_of(blocks.map_or(1, |b| b.period()));
-        let slots = self.slots(points.len())?;
-        let tiles = points.len().div_ceil(tile);
-        let batch = options.batch.unwrap_or_else(|| program.batch()).clamp(1, tile);
-        // Asking for the number of threads would start them.
-        let threads = match options.threads {
-            Some(1) => 1,
-            most => rayon::current_num_threads().min(most.unwrap_or(usize::MAX)).clamp(1, tiles.max(1)),
+        let (threads, batch, areas) = self.divide(points.clone(), blocks);
+        let kept = match look {
+            Some(_) => areas.iter().map(|area| area.points.len()).max().unwrap_or(0),
+            None => points.len(),
         };
+        let slots = self.slots(kept)?;
         let (threads, batch) = self.machines::<A>((threads, batch))?;
-        let mut planes: Vec<Plane> = slots.planes.iter().map(|slot| self.plane(slot, points.len())).collect();
-        planes.extend(self.steps(points.len()));
-        let mut parts: Vec<Vec<Piece<'_>>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
-        for plane in &mut planes {
-            let mut wide = plane.wide.chunks_mut(tile);
-            for (part, words) in parts.iter_mut().zip(plane.words.chunks_mut(tile)) {
-                part.push(Piece { words, wide: wide.next().unwrap_or_default() });
+        let kept = if look.is_some() { 0 } else { points.len() };
+        let mut planes: Vec<Plane> = slots.planes.iter().map(|slot| self.plane(slot, kept)).collect();
+        planes.extend(self.steps(kept));
+        let mut parts: Vec<Vec<Piece<'_>>> = areas.iter().map(|_| Vec::new()).collect();
+        for Plane { words, wide, .. } in planes.iter_mut().filter(|_| look.is_none()) {
+            let (words, wide) = match blocks {
+                Some(blocks) => (blocks.cut(&areas, words), blocks.cut(&areas, wide)),
+                None => (order::cut(&areas, words), order::cut(&areas, wide)),
+            };
+            for (part, (words, wide)) in parts.iter_mut().zip(words.into_iter().zip(wide)) {
+                part.push(Piece { words, wide });
             }
         }
-        let work = Work {
-            run: self,
-            points: points.clone(),
-            tile,
-            batch,
-            slots: &slots,
-            open: Mutex::new(parts.into_iter().enumerate()),
-            started: AtomicUsize::new(0),
-            last: AtomicUsize::new(usize::MAX),
-            results: Mutex::new(Vec::new()),
-            progress,
-        };
-        if threads == 1 {
-            Worker::<A>::new(&work).run();
-        } else {
-            rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| Worker::<A>::new(&work).run())));
-        }
-        let mut results = work.results.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let tiles: Vec<_> = areas.iter().zip(parts).collect();
+        let mut results = self.results::<A>(tiles, (threads, batch), &slots, (progress, look));
         results.sort_by_key(|(index, _)| *index);
         let results: Vec<Tile> = results.into_iter().map(|(_, tile)| tile).collect();
         self.judge(&results)?;
@@ -192,10 +211,66 @@ impl<'a> Run<'a> {
             }
             said.first = source.pixel(said.first);
         }
-        if !options.profile {
+        if !self.options.profile {
             frame.profile.clear();
         }
         Ok(frame)
+    }
+
+    /// Runs tiles, and returns what they yield besides the words of planes.
+    fn results<'p, A: arithmetic::ArithmeticImpl>(
+        &self,
+        tiles: Vec<Open<'p>>,
+        (threads, batch): (usize, usize),
+        slots: &Slots,
+        (progress, look): (&(dyn Fn(usize) + Sync), Option<&Look<'_>>),
+    ) -> Vec<(usize, Tile)> {
+        let work = Work {
+            run: self,
+            batch,
+            slots,
+            open: Mutex::new(tiles.into_iter().enumerate()),
+            started: AtomicUsize::new(0),
+            last: AtomicUsize::new(usize::MAX),
+            results: Mutex::new(Vec::new()),
+            progress,
+            look,
+        };
+        if threads == 1 {
+            Worker::<A>::new(&work).run();
+        } else {
+            // This thread is one of them, which need not be woken.
+            rayon::in_place_scope(|scope| {
+                (1..threads).for_each(|_| scope.spawn(|_| Worker::<A>::new(&work).run()));
+                Worker::<A>::new(&work).run();
+            });
+        }
+        work.results.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The number of threads that run points, the number of points in a batch, and the points of the tiles.
+    fn divide(&self, points: Range<usize>, blocks: Option<Blocks>) -> (usize, usize, Vec<Area>) {
+        let options = self.options;
+        let size = options.tile.max(1);
+        // Asking for the number of threads would start them.
+        let threads = match options.threads {
+            Some(1) => 1,
+            _ if points.len() <= size => 1,
+            most => rayon::current_num_threads().min(most.unwrap_or(usize::MAX)).max(1),
+        };
+        let batch = options.batch.unwrap_or_else(|| self.program.batch()).max(1);
+        let areas = match blocks {
+            Some(blocks) => {
+                // Not by the number of threads: what a point is charged depends on its batch.
+                let (period, rows) = (blocks.period(), points.len().div_ceil(blocks.period()));
+                let wanted = TILES.div_ceil(rows.max(1)).max(period.div_ceil(MOST));
+                let apart = wanted.min(period / batch.max(LEAST));
+                blocks.areas(points, size, apart)
+            }
+            None => order::areas(points, size),
+        };
+        let largest = areas.iter().map(|area| area.points.len()).max().unwrap_or(1);
+        (threads.clamp(1, areas.len().max(1)), batch.min(largest), areas)
     }
 
     /// The outputs of the program for this many points, if they fit in memory.
@@ -273,22 +348,31 @@ impl<'a> Run<'a> {
     }
 }
 
+/// A tile that no worker has taken: its points, and the parts of planes that it writes.
+type Open<'p> = (&'p Area, Vec<Piece<'p>>);
+
 /// The state shared by all workers of a range of points.
 struct Work<'a, 'p> {
     run: &'a Run<'a>,
-    points: Range<usize>,
-    /// Points of a tile, and of a batch.
-    tile: usize,
+    /// Points of a batch.
     batch: usize,
     slots: &'a Slots,
     /// Tiles that no worker has taken, in order.
-    open: Mutex<std::iter::Enumerate<std::vec::IntoIter<Vec<Piece<'p>>>>>,
+    open: Mutex<std::iter::Enumerate<std::vec::IntoIter<Open<'p>>>>,
     /// The last tile that a worker has taken.
     started: AtomicUsize,
     /// Tiles after this one need not be run, because one of those up to it has an error.
     last: AtomicUsize,
     results: Mutex<Vec<(usize, Tile)>>,
     progress: &'a (dyn Fn(usize) + Sync),
+    look: Option<&'a Look<'a>>,
+}
+
+impl Work<'_, '_> {
+    /// The number of planes.
+    fn planes(&self) -> usize {
+        self.slots.planes.len() + usize::from(self.run.options.steps)
+    }
 }
 
 /// The outputs of a program for each point.

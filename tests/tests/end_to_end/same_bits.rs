@@ -8,7 +8,7 @@ use osl_ir::passes::{self, Pass};
 use osl_scene::{Data, Grid, WithData};
 use osl_tests::run;
 use proptest::prelude::*;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock};
 
 /// Name, text, and parameter values.
 type Case = (&'static str, String, Vec<(String, String)>);
@@ -214,6 +214,47 @@ fn any_pieces() {
         }
         assert_eq!(words(&frame), words(&whole), "{name}");
         assert_eq!(frame.messages, whole.messages, "{name}");
+    }
+}
+
+/// Several threads get tiles beside each other. Who only looks at values sees those of the frame, in tiles
+/// that do not depend on the number of threads.
+#[test]
+fn any_threads_and_looks() {
+    let grid = Grid::new(300, 70);
+    let blocks = grid.blocks().unwrap();
+    for (name, text, params) in shaders() {
+        let compiled = run::compile(name, text, params, &passes::Options::default()).unwrap();
+        let services = run::services();
+        let options = RunOptions { steps: true, ..RunOptions::default() };
+        let whole = Run::new(&compiled.program, &services, &grid, &options);
+        let frame = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| whole.points(0..grid.count(), &|_| ())).unwrap()
+        };
+        let expected = frame(1);
+        let mut sizes = Vec::new();
+        for threads in [1, 2, 5] {
+            assert_eq!(words(&frame(threads)), words(&expected), "{name}, {threads} threads");
+            let tiles = Mutex::new(Vec::new());
+            let look = |tile: usize, planes: &[&[u32]]| {
+                let planes: Vec<Vec<u32>> = planes.iter().map(|words| words.to_vec()).collect();
+                tiles.lock().unwrap().push((tile, planes));
+            };
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let looked = pool.install(|| whole.look(0..grid.count(), &|_| (), &look)).unwrap();
+            assert!(looked.planes.iter().all(|plane| plane.words.is_empty()));
+            assert_eq!(looked.messages, expected.messages, "{name}");
+            let mut tiles = tiles.into_inner().unwrap();
+            tiles.sort();
+            sizes.push(tiles.iter().map(|(_, planes)| planes[0].len()).collect::<Vec<_>>());
+            for (at, plane) in expected.planes.iter().enumerate() {
+                let seen: Vec<u32> = tiles.iter().flat_map(|(_, planes)| planes[at].clone()).collect();
+                let ordered: Vec<u32> = (0..grid.count()).map(|p| plane.words[blocks.position(p)]).collect();
+                assert_eq!(seen, ordered, "{name} {}", plane.output);
+            }
+        }
+        assert!(sizes[0].len() > 1 && sizes.iter().all(|list| *list == sizes[0]), "{sizes:?}");
     }
 }
 

@@ -6,9 +6,10 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::machine::{Component, Machine};
 use crate::message::Messages;
+use crate::order::{Area, Part};
 use crate::profile::Profile;
 use crate::register::LINE;
-use std::ops::{Add, Range};
+use std::ops::Add;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
@@ -46,8 +47,8 @@ pub(super) struct Tile {
 
 /// The part of a plane that a tile writes: its words, and doubles if the plane has them.
 pub(super) struct Piece<'a> {
-    pub(super) words: &'a mut [u32],
-    pub(super) wide: &'a mut [f64],
+    pub(super) words: Part<'a, u32>,
+    pub(super) wide: Part<'a, f64>,
 }
 
 /// A worker with its machines.
@@ -60,19 +61,22 @@ pub(super) struct Worker<'w, 'p, A: ArithmeticImpl> {
     level: u32,
     /// Buffers for the words of a batch in the order of its points.
     row: (Vec<u32>, Vec<f64>),
+    /// The planes of a tile that is only looked at.
+    own: Vec<Vec<u32>>,
 }
 
 /// The current tile of a worker.
-struct Running<'p> {
-    points: Range<usize>,
-    part: Vec<Piece<'p>>,
+struct Running<'r> {
+    area: &'r Area,
+    part: Vec<Piece<'r>>,
     tile: Tile,
 }
 
 impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
     /// A new worker.
     pub(super) fn new(work: &'w Work<'w, 'p>) -> Self {
-        Worker { work, machine: machine(work, work.batch), narrow: None, level: 0, row: Default::default() }
+        let machine = machine(work, work.batch);
+        Worker { work, machine, narrow: None, level: 0, row: Default::default(), own: Vec::new() }
     }
 
     /// Runs tiles until there are none left.
@@ -87,24 +91,35 @@ impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
                 }
                 next
             };
-            let Some((index, part)) = next.filter(|(index, _)| *index <= work.last.load(Ordering::Relaxed))
-            else {
-                return;
-            };
-            let tile = self.tile(index, part);
+            let next = next.filter(|(index, _)| *index <= work.last.load(Ordering::Relaxed));
+            let Some((index, (area, part))) = next else { return };
+            let tile = self.tile(index, area, part);
             work.results.lock().unwrap_or_else(PoisonError::into_inner).push((index, tile));
         }
     }
 
-    fn tile(&mut self, index: usize, part: Vec<Piece<'p>>) -> Tile {
+    fn tile<'r>(&mut self, index: usize, area: &'r Area, part: Vec<Piece<'r>>) -> Tile {
+        let Some(look) = self.work.look else { return self.shade(index, area, part) };
+        let mut own = std::mem::take(&mut self.own);
+        own.resize_with(self.work.planes(), Vec::new);
+        own.iter_mut().for_each(|words| words.resize(area.points.len(), 0));
+        let piece = |words| Piece { words: Part::of(words), wide: Part::default() };
+        let tile = self.shade(index, area, own.iter_mut().map(|words| piece(words)).collect());
+        if tile.stop.is_none() {
+            look(index, &own.iter().map(|words| &words[..]).collect::<Vec<_>>());
+        }
+        self.own = own;
+        tile
+    }
+
+    fn shade<'r>(&mut self, index: usize, area: &'r Area, part: Vec<Piece<'r>>) -> Tile {
         let work = self.work;
         // Other points may cost less.
         self.level = self.level.saturating_sub(1);
-        let first = work.points.start + index * work.tile;
-        let points = first..work.points.end.min(first + work.tile);
+        let points = area.points.clone();
         let tile = Tile { closures: vec![Vec::new(); work.slots.closures.len()], ..Tile::default() };
         self.machine.profile = work.run.options.profile.then(|| Box::new(Profile::new(work.run.program)));
-        let mut running = Running { points: points.clone(), part, tile };
+        let mut running = Running { area, part, tile };
         let mut at = points.start;
         while at < points.end && index <= work.last.load(Ordering::Relaxed) {
             let here = work.batch.min(points.end - at);
@@ -146,7 +161,7 @@ impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
     }
 
     /// Runs some points together or, if that exceeds a limit, in smaller batches, finally one by one.
-    fn batch(&mut self, running: &mut Running<'p>, first: usize, count: usize) -> Result<(), RunError> {
+    fn batch(&mut self, running: &mut Running<'_>, first: usize, count: usize) -> Result<(), RunError> {
         let (size, each) = self.size();
         if count > size {
             return (0..count)
@@ -171,7 +186,7 @@ impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
     /// Runs some points together, and copies their results.
     fn together(
         &mut self,
-        running: &mut Running<'p>,
+        running: &mut Running<'_>,
         first: usize,
         count: usize,
         each: bool,
@@ -253,33 +268,38 @@ fn deliver<A: ArithmeticImpl>(
     row: &mut (Vec<u32>, Vec<f64>),
     (first, count): (usize, usize),
 ) {
-    let start = running.points.start;
-    let at = first - start;
-    let blocks = work.run.source.blocks();
+    let at = first - running.area.points.start;
+    // Who only looks at values does not need them in rows.
+    let blocks = work.run.source.blocks().filter(|_| work.look.is_none());
     for (Slot { output, element, component }, piece) in work.slots.planes.iter().zip(&mut running.part) {
         let slot = (*output, *element, *component);
-        match (blocks, piece.words.get_mut(at..at + count)) {
-            (Some(blocks), _) => {
+        match blocks {
+            Some(blocks) => {
                 row.0.resize(count, 0);
                 row.1.resize(if piece.wide.is_empty() { 0 } else { count }, 0.0);
                 machine.output(slot, &mut row.0, &mut row.1);
-                blocks.scatter(first, &row.0, start, piece.words);
-                blocks.scatter(first, &row.1, start, piece.wide);
+                blocks.scatter(first, &row.0, running.area, &mut piece.words);
+                blocks.scatter(first, &row.1, running.area, &mut piece.wide);
             }
-            (None, Some(out)) => {
-                machine.output(slot, out, piece.wide.get_mut(at..at + count).unwrap_or_default());
+            None => {
+                let wide = piece.wide.after(at).and_then(|wide| wide.get_mut(..count)).unwrap_or_default();
+                if let Some(out) = piece.words.after(at).and_then(|words| words.get_mut(..count)) {
+                    machine.output(slot, out, wide);
+                }
             }
-            (None, None) => {}
         }
     }
     // The plane with the steps comes after those of the outputs.
     if let Some(piece) = running.part.get_mut(work.slots.planes.len()).filter(|_| work.run.options.steps) {
         row.0.clear();
         row.0.extend((0..count).map(|lane| machine.spent(lane)));
-        match (blocks, piece.words.get_mut(at..at + count)) {
-            (Some(blocks), _) => blocks.scatter(first, &row.0, start, piece.words),
-            (None, Some(out)) => out.copy_from_slice(&row.0),
-            (None, None) => {}
+        match blocks {
+            Some(blocks) => blocks.scatter(first, &row.0, running.area, &mut piece.words),
+            None => {
+                if let Some(out) = piece.words.after(at).and_then(|words| words.get_mut(..count)) {
+                    out.copy_from_slice(&row.0);
+                }
+            }
         }
     }
 }
