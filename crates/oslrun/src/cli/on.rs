@@ -103,9 +103,12 @@ pub(super) fn run(
     let times = [compile, time, started.elapsed()];
     let compiled = program.as_ref().or(displace.as_ref()).filter(|_| args.stats);
     let stats = compiled.map(|compiled| Stats::of(compiled, loaded.body.count(), count, times, args));
+    let shows = !args.stats && args.output.is_none() && !args.histogram && kept.is_none();
+    let mut ranges = Ranges::default();
+    if about.is_some() || shows {
+        session::on_threads(args.threads, || ranges.add(&frame.planes))?;
+    }
     if let Some(about) = about {
-        let mut ranges = Ranges::default();
-        ranges.add(&frame.planes);
         about.ran(&ranges, &written, shading);
         about.stats = stats;
         about.histograms = args.histogram.then(|| histogram::of(&frame.planes, Some(&alpha)));
@@ -117,7 +120,7 @@ pub(super) fn run(
     }
     match stats {
         Some(stats) => stats.print(err),
-        None if args.output.is_none() && !args.histogram && kept.is_none() => summary(&frame, out),
+        None if shows => summary(&ranges, out),
         None => {}
     }
     let missed = said.as_ref().is_some_and(|said| said.print(args, out, err));

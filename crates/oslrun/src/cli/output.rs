@@ -6,7 +6,7 @@ use super::args::RunArgs;
 use super::args::values::STDOUT;
 use super::software::{self, SOFTWARE};
 use super::summary::Ranges;
-use osl_exec::{Frame, Plane, Printed, Run, RunError, Words};
+use osl_exec::{Frame, Look, Plane, Printed, Run, RunError, Words};
 use osl_files::{FileError, Roots, Unsaved, save_all};
 use osl_image::{
     ExrOptions, ImageError, ImageFormat, Layer, LayerKind, ROWS_TOGETHER, SampleType, channel_bytes,
@@ -14,13 +14,14 @@ use osl_image::{
 };
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::types::{Base, Type};
+use osl_measure::range::{self, Values};
 use osl_syntax::escape::shown;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// A picture that is complete, but not in its place.
@@ -145,14 +146,27 @@ pub(super) fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
 pub(super) struct Tallied {
     /// The number of ints of each output that a float layer cannot hold exactly.
     rounded: BTreeMap<Arc<str>, u64>,
-    /// The range of each plane.
+    /// The range of each plane, if somebody is told.
     pub(super) ranges: Ranges,
+}
+
+/// What is wanted of a run besides its image.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wanted {
+    /// The closures.
+    pub(super) closures: bool,
+    /// The range of each output.
+    pub(super) ranges: bool,
+    /// The values, for more than a file and the ranges.
+    pub(super) values: bool,
 }
 
 impl Tallied {
     /// Adds the values of these planes.
-    pub(super) fn count(&mut self, planes: &[Plane], args: &RunArgs) {
-        self.ranges.add(planes);
+    pub(super) fn count(&mut self, planes: &[Plane], wanted: Wanted, args: &RunArgs) {
+        if wanted.ranges {
+            self.ranges.add(planes);
+        }
         let exr = streams(args);
         for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
             // The maximum number of significant bits, and the maximum value.
@@ -302,6 +316,16 @@ pub(super) trait Rows {
     fn weight(&self) -> usize {
         1
     }
+
+    /// Whether all rows take no more memory together than piece by piece.
+    fn is_plain(&self) -> bool {
+        false
+    }
+
+    /// Computes rows without keeping the values, if it can: `look` gets those of each tile.
+    fn look(&mut self, _rows: Range<usize>, _look: &Look<'_>) -> Option<Result<Frame, RunError>> {
+        None
+    }
 }
 
 /// A run with one point per pixel.
@@ -323,6 +347,14 @@ impl Rows for Points<'_, '_> {
     fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError> {
         self.run.points(rows.start * self.width..rows.end * self.width, self.progress)
     }
+
+    fn is_plain(&self) -> bool {
+        true
+    }
+
+    fn look(&mut self, rows: Range<usize>, look: &Look<'_>) -> Option<Result<Frame, RunError>> {
+        Some(self.run.look(rows.start * self.width..rows.end * self.width, self.progress, look))
+    }
 }
 
 /// The number of rows that are computed at a time.
@@ -336,6 +368,9 @@ pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broke
     let ((width, height), limits) = (args.size(), args.read.limits.limits());
     let planes = image.planes().map_err(Broken::Run)?.len();
     image.fits(width * height).map_err(Broken::Run)?;
+    if image.is_plain() {
+        return image.rows(0..height).map_err(Broken::Run);
+    }
     let step = together(image, width, planes);
     let mut frame = Frame::default();
     for row in (0..height).step_by(step) {
@@ -347,11 +382,39 @@ pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broke
     Ok(frame)
 }
 
+/// Computes an image of which only the ranges are wanted, if that takes no memory for the whole.
+pub(super) fn only_ranges(
+    image: &mut dyn Rows,
+    wanted: Wanted,
+    args: &RunArgs,
+) -> Result<Option<(Frame, Tallied)>, Broken> {
+    let (width, height) = args.size();
+    let kinds: Vec<bool> =
+        image.planes().map_err(Broken::Run)?.iter().map(|plane| plane.kind == Kind::Int).collect();
+    image.fits(width * height).map_err(Broken::Run)?;
+    let tiles = Mutex::new(Vec::new());
+    let look = |tile: usize, planes: &[&[u32]]| {
+        if wanted.ranges {
+            let values = planes.iter().zip(&kinds).map(|(words, ints)| Values { words, ints: *ints });
+            let found: Vec<range::Range> = values.map(range::Range::of).collect();
+            tiles.lock().unwrap_or_else(PoisonError::into_inner).push((tile, found));
+        }
+    };
+    let Some(frame) = image.look(0..height, &look) else { return Ok(None) };
+    let frame = frame.map_err(Broken::Run)?;
+    let mut tallied = Tallied::default();
+    if wanted.ranges {
+        tallied.ranges.join(&frame.planes, tiles.into_inner().unwrap_or_else(PoisonError::into_inner));
+    }
+    Ok(Some((frame, tallied)))
+}
+
 /// Computes an image and writes it to an EXR file piece by piece, so that memory does not grow with its size.
 /// Returns the frame without its planes, the time of the computation alone, and the file.
 pub(super) fn stream(
     image: &mut (dyn Rows + Send),
     path: &Path,
+    wanted: Wanted,
     args: &RunArgs,
 ) -> Result<(Frame, Duration, Unsaved, Tallied), Broken> {
     let (width, height) = args.size();
@@ -370,7 +433,7 @@ pub(super) fn stream(
         let here = row..height.min(row + rows);
         row += rows;
         let piece = image.rows(here).map_err(Broken::Run)?;
-        tallied.count(&piece.planes, args);
+        tallied.count(&piece.planes, wanted, args);
         let Frame { planes, .. } = piece;
         frame.add(Frame { planes: Vec::new(), ..piece }, &args.read.limits.limits().running);
         let values: Vec<Words> = planes.into_iter().map(Plane::into_floats).collect();

@@ -3,7 +3,7 @@
 use super::args::RunArgs;
 use super::args::values::STDOUT;
 use super::load::{self, Loaded, MoreTaps, Request};
-use super::output::{Broken, Rows, Tallied};
+use super::output::{Broken, Rows, Tallied, Wanted};
 use super::prefilter;
 use super::preview::{self, PreviewArgs};
 use super::sampling::{self, Plan, Sampled, Target};
@@ -268,6 +268,14 @@ fn shaded(
     // A material without other outputs writes its closures to the image.
     let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
     let closures = args.closures || alone || tapped;
+    let is_shown = args.output.is_none()
+        && !args.stats
+        && !args.histogram
+        && args.profile.is_none()
+        && about.is_none()
+        && kept.is_none();
+    let values = closures || args.histogram || kept.is_some();
+    let wanted = Wanted { closures, ranges: is_shown || about.is_some(), values };
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref(), guard };
     if let Some(First { grid, show }) = first {
         let args = RunArgs { grid: *grid, ..args.clone() };
@@ -275,7 +283,7 @@ fn shaded(
         let services = Services { textures, ..session::services(&args, folder, grid_spaces(&args)) };
         let points = WithData { data: points.data.clone(), points: session::points(&args) };
         // One sample for each pixel is enough. If it fails, the whole grid says why.
-        let plan = (Plan::Plain, closures, started);
+        let plan = (Plan::Plain, Wanted { closures, ranges: false, values: true }, started);
         if let Ok(shaded) = shade(programs, &services, &points, plan, &args, &sources) {
             let mut frame = shaded.frame;
             if closures {
@@ -284,8 +292,8 @@ fn shaded(
             show(Kept { frame, times: [compile_time, shaded.run], ..Kept::default() });
         }
     }
-    let shaded = shade(programs, &services, &points, (plan, closures, started), args, &sources)?;
-    let Shaded { mut frame, run, write, file, tallied, said } = shaded;
+    let shaded = shade(programs, &services, &points, (plan, wanted, started), args, &sources)?;
+    let Shaded { mut frame, run, write, file, mut tallied, said } = shaded;
     if let Some(reads) = reads {
         reads.textures(&services.textures, []);
     }
@@ -295,7 +303,12 @@ fn shaded(
             let corner = args.part().map_or((0, 0), |part| part.first);
             closures::show(&frame, args.size().0, corner, out);
         }
+        let before = frame.planes.len();
         closures::layers(&mut frame);
+        if is_shown {
+            let layers = frame.planes.get(before..).unwrap_or_default();
+            on_threads(args.threads, || tallied.ranges.append(layers))?;
+        }
     }
     if alone && args.output.is_some() {
         let _ = writeln!(err, "note: {}", output::CLOSURES_ALONE);
@@ -326,14 +339,8 @@ fn shaded(
     };
     let write = write + started.elapsed();
     let histograms = args.histogram.then(|| histogram::of(&frame.planes, None));
-    if args.output.is_none()
-        && !args.stats
-        && !args.histogram
-        && args.profile.is_none()
-        && about.is_none()
-        && kept.is_none()
-    {
-        summary(&frame, out);
+    if is_shown {
+        summary(&tallied.ranges, out);
     }
     let stats = args.stats.then(|| {
         let times = [compile_time, run, write];
@@ -431,11 +438,12 @@ fn shade(
     programs: Programs<'_>,
     services: &Services,
     points: &WithData<Crop>,
-    (plan, closures, began): (Plan, bool, Instant),
+    (plan, wanted, began): (Plan, Wanted, Instant),
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
-    let options = RunOptions { keeping: shading::keeping(sources), closures, ..options(args) };
+    let options =
+        RunOptions { keeping: shading::keeping(sources), closures: wanted.closures, ..options(args) };
     let bar = progress(points.count() as u64, "points");
     let tick = |done: usize| bar.at(done as u64);
     let run = Run::new(programs.usual, services, points, &options);
@@ -454,18 +462,18 @@ fn shade(
     let work = || {
         let Some(shading) = &shading else {
             let mut plain = output::Points { run: &run, width: args.size().0, progress: &tick };
-            return computed(&mut plain, closures, args);
+            return computed(&mut plain, wanted, args);
         };
         if let Plan::Within(time, ..) = plan {
             let clock = || began.elapsed().as_secs_f64();
             let share = |share: f64| tick((share.clamp(0.0, 1.0) * points.count() as f64) as usize);
             let mut image = InTime::new(shading, time, &clock, &share);
-            let shaded = computed(&mut image, closures, args)?;
+            let shaded = computed(&mut image, wanted, args)?;
             return Ok(Shaded { said: Some(image.said()), ..shaded });
         }
         let sampled = Sampled::new(shading, (plan, &target), args.stats && !is_plain, &tick);
         let mut sampled = sampled.keeping(args.live.is_some());
-        let shaded = computed(&mut sampled, closures, args)?;
+        let shaded = computed(&mut sampled, wanted, args)?;
         let said = sampled.said().map_err(Broken::Run)?;
         // One sample in each pixel is worth a report only if somebody asks for it.
         Ok(Shaded { said: (!is_plain || args.stats).then_some(said), ..shaded })
@@ -480,22 +488,29 @@ fn shade(
 }
 
 /// Computes an image, and writes it to its file if it is written piece by piece.
-fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Result<Shaded, Broken> {
+fn computed(image: &mut (dyn Rows + Send), wanted: Wanted, args: &RunArgs) -> Result<Shaded, Broken> {
     let started = Instant::now();
     match &args.output {
         // A histogram needs all values.
-        Some(path) if !closures && !args.histogram && output::streams(args) => {
-            let (frame, run, file, tallied) = output::stream(image, path, args)?;
+        Some(path) if !wanted.closures && !args.histogram && output::streams(args) => {
+            let (frame, run, file, tallied) = output::stream(image, path, wanted, args)?;
             let write = started.elapsed().saturating_sub(run);
             Ok(Shaded { frame, run, write, file: Some(file), tallied, said: None })
         }
-        _ => {
+        path => {
+            if path.is_none()
+                && !wanted.values
+                && let Some((frame, tallied)) = output::only_ranges(image, wanted, args)?
+            {
+                let (run, write) = (started.elapsed(), Duration::ZERO);
+                return Ok(Shaded { frame, run, write, file: None, tallied, said: None });
+            }
             let frame = output::whole(image, args)?;
             let run = started.elapsed();
             let mut tallied = Tallied::default();
             // A page counts what it shows itself.
             if args.live.is_none() {
-                tallied.count(&frame.planes, args);
+                tallied.count(&frame.planes, wanted, args);
             }
             Ok(Shaded { frame, run, write: Duration::ZERO, file: None, tallied, said: None })
         }

@@ -8,11 +8,11 @@ use super::shading::Tally;
 use super::tradeoff::SAME_IN_FAST;
 use super::{sampling, within};
 use osl::stages::Compiled;
-use osl_exec::{Frame, Isa, Plane};
+use osl_exec::{Isa, Plane};
 use osl_ir::ir::Kind;
 use osl_ir::passes::Report as PassReport;
 use osl_ir::types::{StructTable, Type};
-use osl_measure::range::Range;
+use osl_measure::range::{Range, Values};
 use osl_numeric::Arithmetic;
 use serde::Serialize;
 use std::io::Write;
@@ -78,9 +78,28 @@ impl Ranges {
             let start = |plane: &&Plane| (plane.output.clone(), plane.ty, plane.component, Range::default());
             self.0 = shown.iter().map(start).collect();
         }
-        for ((.., range), plane) in self.0.iter_mut().zip(shown) {
-            range.add(&plane.as_floats());
+        let mut ranges: Vec<Range> = self.0.iter().map(|(.., range)| *range).collect();
+        let values = shown.iter().map(|plane| Values { words: &plane.words, ints: plane.kind == Kind::Int });
+        Range::add_all(&mut ranges, &values.collect::<Vec<_>>());
+        self.0.iter_mut().zip(ranges).for_each(|((.., to), range)| *to = range);
+    }
+
+    /// Adds the ranges of the tiles of planes, which are sorted by their numbers.
+    pub(super) fn join(&mut self, planes: &[Plane], mut tiles: Vec<(usize, Vec<Range>)>) {
+        if self.0.is_empty() {
+            self.add(planes);
         }
+        tiles.sort_by_key(|(tile, _)| *tile);
+        for (_, ranges) in tiles {
+            self.0.iter_mut().zip(ranges).for_each(|((.., all), here)| all.join(here));
+        }
+    }
+
+    /// Adds planes after those that it has.
+    pub(super) fn append(&mut self, planes: &[Plane]) {
+        let mut more = Ranges::default();
+        more.add(planes);
+        self.0.extend(more.0);
     }
 
     fn outputs(&self) -> Vec<Output> {
@@ -100,9 +119,7 @@ impl Ranges {
 }
 
 /// The summary of a run without an image: the range of each output, so that a first run shows something.
-pub(super) fn summary(frame: &Frame, out: &mut dyn Write) {
-    let mut ranges = Ranges::default();
-    ranges.add(&frame.planes);
+pub(super) fn summary(ranges: &Ranges, out: &mut dyn Write) {
     for (output, _, component, Range { min, max, mean, .. }) in &ranges.0 {
         let _ = writeln!(out, "{output}[{component}]: {min} to {max}, mean {mean:.6}");
     }
