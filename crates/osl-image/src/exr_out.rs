@@ -134,6 +134,8 @@ pub struct ExrOptions<'a> {
     pub command: Option<&'a str>,
 }
 
+/// The least number of samples for which several threads are worth starting.
+const MANY: usize = 1 << 17;
 /// The name of the attribute with the command that made an image.
 pub const COMMAND: &str = "oslrun:command";
 /// The primaries and the white of Rec. 709 (ITU-R BT.709-6), the space of colors in shaders.
@@ -259,8 +261,12 @@ fn rows_into<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
             if !whole || ordered.len() != order.len() || ordered.iter().any(|p| p.len() != rows * width) {
                 return Err(exr::error::Error::Invalid("piece of the image".into()));
             }
-            let write = || write_rows(&meta, chunks, &ordered, row, rows, options.samples);
-            let (result, following) = rayon::join(write, &mut next);
+            let mut write = || write_rows(&meta, chunks, &ordered, row, rows, options.samples);
+            // After the last rows there is nothing to compute.
+            let (result, following) = match row + rows < height {
+                true => rayon::join(write, &mut next),
+                false => (write(), next()),
+            };
             result?;
             row += rows;
             piece = following;
@@ -346,39 +352,41 @@ fn write_rows(
 ) -> exr::error::UnitResult {
     let Some(header) = meta.headers.first() else { return Ok(()) };
     let (width, together) = (header.layer_size.width(), header.compression.scan_lines_per_block());
-    let compressed: Vec<exr::error::Result<_>> = (0..rows.div_ceil(together))
-        .into_par_iter()
-        .map(|block| {
-            let lines = block * together..rows.min((block + 1) * together);
-            if matches!(header.compression, Compression::ZIP1 | Compression::ZIP16) {
-                let row = |line: usize| planes.iter().map(move |plane| &plane[line * width..][..width]);
-                let all: Vec<&[f32]> = lines.clone().flat_map(row).collect();
-                let y_coordinate = header.own_attributes.layer_position.y() + (first + lines.start) as i32;
-                let compressed_pixels_le = exr_zip::block(&all, samples);
-                let block = CompressedScanLineBlock { y_coordinate, compressed_pixels_le };
-                return Ok(Chunk { layer_index: 0, compressed_block: CompressedBlock::ScanLine(block) });
-            }
-            let mut data = Vec::with_capacity(lines.len() * width * header.channels.bytes_per_pixel);
-            for line in lines.clone() {
-                for plane in planes {
-                    let values = &plane[line * width..][..width];
-                    match samples {
-                        SampleType::Float => values.iter().for_each(|v| data.extend(v.to_ne_bytes())),
-                        SampleType::Half => {
-                            values.iter().for_each(|v| data.extend(f16::from_f32(*v).to_ne_bytes()));
-                        }
+    let compress = |block: usize| {
+        let lines = block * together..rows.min((block + 1) * together);
+        if matches!(header.compression, Compression::ZIP1 | Compression::ZIP16) {
+            let row = |line: usize| planes.iter().map(move |plane| &plane[line * width..][..width]);
+            let all: Vec<&[f32]> = lines.clone().flat_map(row).collect();
+            let y_coordinate = header.own_attributes.layer_position.y() + (first + lines.start) as i32;
+            let compressed_pixels_le = exr_zip::block(&all, samples);
+            let block = CompressedScanLineBlock { y_coordinate, compressed_pixels_le };
+            return Ok(Chunk { layer_index: 0, compressed_block: CompressedBlock::ScanLine(block) });
+        }
+        let mut data = Vec::with_capacity(lines.len() * width * header.channels.bytes_per_pixel);
+        for line in lines.clone() {
+            for plane in planes {
+                let values = &plane[line * width..][..width];
+                match samples {
+                    SampleType::Float => values.iter().for_each(|v| data.extend(v.to_ne_bytes())),
+                    SampleType::Half => {
+                        values.iter().for_each(|v| data.extend(f16::from_f32(*v).to_ne_bytes()));
                     }
                 }
             }
-            let index = BlockIndex {
-                layer: 0,
-                pixel_position: Vec2(0, first + lines.start),
-                pixel_size: Vec2(width, lines.len()),
-                level: Vec2(0, 0),
-            };
-            UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)
-        })
-        .collect();
+        }
+        let index = BlockIndex {
+            layer: 0,
+            pixel_position: Vec2(0, first + lines.start),
+            pixel_size: Vec2(width, lines.len()),
+            level: Vec2(0, 0),
+        };
+        UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)
+    };
+    let blocks = 0..rows.div_ceil(together);
+    let compressed: Vec<exr::error::Result<_>> = match rows * width * planes.len() < MANY {
+        true => blocks.map(compress).collect(),
+        false => blocks.into_par_iter().map(compress).collect(),
+    };
     for (block, chunk) in compressed.into_iter().enumerate() {
         chunks.write_chunk(first / together + block, chunk?)?;
     }

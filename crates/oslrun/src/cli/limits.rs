@@ -15,6 +15,8 @@ use std::time::{Duration, Instant};
 const GRACE: Duration = Duration::from_secs(2);
 /// The interval of the watch.
 const EVERY: Duration = Duration::from_millis(5);
+/// The time before its first look: commands for small images are done by then.
+const FIRST: Duration = Duration::from_millis(20);
 
 /// The limits of a command.
 #[derive(Clone, Debug, Default, Args)]
@@ -127,7 +129,7 @@ fn watch(limits: &Limits, time: Option<Duration>, memory: Option<u64>) {
     let limits = limits.clone();
     let work = move || {
         let mut told: Option<Instant> = None;
-        std::thread::sleep(EVERY);
+        std::thread::sleep(time.unwrap_or(FIRST).min(FIRST));
         let memory = memory.unwrap_or_else(sensible);
         while limits.is_shared() {
             let used = memory_stats::memory_stats().map_or(0, |now| now.physical_mem as u64);

@@ -148,6 +148,10 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         let _ = writeln!(err, "error: {}", shown(&text));
         return 2;
     }
+    if let Some(text) = version::asked(&args) {
+        let _ = writeln!(out, "{text}");
+        return 0;
+    }
     if let Some(running) = Running::alone(&args) {
         return exit_code(run_shader(running, &args, out, err), err);
     }

@@ -1,6 +1,7 @@
 //! `--version`: the version, the commit that was built, and the instruction sets that a run may use.
 
 use osl_exec::Isa;
+use std::ffi::OsString;
 use std::sync::LazyLock;
 
 /// The commit, from the build script; `None` if the sources were built outside of a repository.
@@ -25,4 +26,32 @@ pub(super) fn short() -> &'static str {
 /// The same, and the instruction sets.
 pub(super) fn long() -> &'static str {
     &LONG
+}
+
+/// The answer to a command line that asks for the version alone. Describing the options of all commands would
+/// take longer than anything else that a program does to find the version.
+pub(super) fn asked(args: &[OsString]) -> Option<String> {
+    let [_, only] = args else { return None };
+    match only.to_str()? {
+        "--version" => Some(format!("oslrun {}", long())),
+        "-V" => Some(format!("oslrun {}", short())),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::commands::Cli;
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_answer_is_that_of_the_whole_command_line() {
+        for option in ["--version", "-V"] {
+            let line = ["oslrun", option].map(OsString::from);
+            let found = Cli::command().try_get_matches_from(&line).unwrap_err().to_string();
+            assert_eq!(asked(&line).unwrap() + "\n", found);
+        }
+        assert_eq!(asked(&["oslrun", "check", "--version"].map(OsString::from)), None);
+    }
 }
