@@ -1,6 +1,6 @@
 //! Records the commit for `oslrun --version`; sources outside of a repository have none, which is no error.
-//! And it makes the binary for users smaller: it strips one without debug information (Cargo forgets `strip` of
-//! a profile for a package that has its own `opt-level`), and uses what the linker and the system support.
+//! And it makes the binary for users smaller: it strips one without debug information (Cargo forgets `strip`
+//! of a profile for a package that has its own `opt-level`), and uses what the linker and the system support.
 
 #![allow(clippy::print_stdout, reason = "this is how a build script answers")]
 
@@ -14,8 +14,8 @@ fn git(args: &[&str]) -> Option<String> {
     Some(text.trim().to_string()).filter(|text| !text.is_empty())
 }
 
-/// Options of linkers that make a binary smaller: addresses that the system adjusts at the start in a packed form,
-/// for which it needs a loader that knows the form, and functions with the same code once.
+/// Options of linkers that make a binary smaller: a packed form for the addresses that the system adjusts at
+/// the start, which not every system can read, and one copy of functions with the same code.
 const SMALLER: [&str; 2] = ["-Wl,-z,pack-relative-relocs", "-Wl,--icf=all"];
 
 /// Whether an empty program can be linked with an option, and runs.

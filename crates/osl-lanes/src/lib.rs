@@ -2,10 +2,10 @@
 //!
 //! Each body becomes plain loops over slices, in a function for each operation and instruction set; the
 //! compiler vectorises the loops. In single precision there are none for AVX-512, which uses those for AVX2:
-//! machine code takes over after some thousands of lanes. One function with the loops of all operations would save calls, but takes
-//! the compiler more than twice the time. Cheap bodies have a loop for each combination of lane arrays and
-//! single arguments, all others only one for lane arrays. Loops ignore the mask: inactive lanes compute
-//! values that are not used.
+//! machine code takes over after some thousands of lanes. One function with the loops of all operations would
+//! save calls, but takes the compiler more than twice the time. Cheap bodies have a loop for each combination
+//! of lane arrays and single arguments, all others only one for lane arrays. Loops ignore the mask: inactive
+//! lanes compute values that are not used.
 //!
 //! The loops are a crate of their own because they take most of the time of compiling the interpreter, and
 //! change least. This crate must not know registers, programs, masks or the order of operations.

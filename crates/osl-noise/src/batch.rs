@@ -346,8 +346,8 @@ impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
 }
 
 impl<T: Float, F: Field, const D: usize> ThreeDual<'_, T, F, D> {
-    /// The results a lane at a time, for double precision, which is a reference, and for periods. Vectors would
-    /// take the compiler longer than they save, and so would this code for each instruction set.
+    /// The results a lane at a time, for double precision, which is a reference, and for periods. Vectors
+    /// would take the compiler longer than they save, and so would this code for each instruction set.
     #[inline(never)]
     fn lane_by_lane(self, p: Option<[&[T]; D]>) {
         let ThreeDual { field, c, mut out, n } = self;

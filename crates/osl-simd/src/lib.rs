@@ -166,8 +166,8 @@ impl Isa {
         }
     }
 
-    /// Runs a kernel with fused multiply-add if this instruction set has it, as for AVX2 if it is AVX-512; else
-    /// the plain kernel as compiled for the baseline.
+    /// Runs a kernel with fused multiply-add if this instruction set has it, as for AVX2 if it is AVX-512.
+    /// Otherwise runs the plain kernel, as compiled for the baseline.
     #[inline]
     pub fn dispatch_fused<K: FusedKernel>(self, kernel: K) {
         match self.0 {
