@@ -2,10 +2,10 @@
 //!
 //! Points that lie close together are mostly in a few cells of a lattice, and hashing a cell costs more than
 //! everything else. While each vector of points is in one or two cells, its values are computed with the data
-//! of one cell for all lanes (`alone`). Otherwise some hundred lanes are taken at a time. If they are in few cells
-//! ([`crate::cells`]), each cell's table is made once, sixteen cells in a vector, and lanes read their words
-//! from registers. What remains is computed lane by lane. The bits are the same in all three ways. This pays
-//! with AVX2 and AVX-512, whose registers can hold a table's word for all cells.
+//! of one cell for all lanes (`alone`). Otherwise some hundred lanes are taken at a time. If they are in few
+//! cells ([`crate::cells`]), each cell's table is made once, sixteen cells in a vector, and lanes read their
+//! words from registers. What remains is computed lane by lane. The bits are the same in all three ways. This
+//! pays with AVX2 and AVX-512, whose registers can hold a table's word for all cells.
 
 #![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 

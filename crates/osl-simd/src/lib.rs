@@ -2,8 +2,8 @@
 //! registers of eight or sixteen words.
 //!
 //! The unsafe code is the calls of functions compiled for a feature set that the [`Isa`] proves, the
-//! registers of `narrow` and `wide`, and a conversion to integers that compiles to one vector instruction. This crate must
-//! not know what is computed.
+//! registers of `narrow` and `wide`, and a conversion to integers that compiles to one vector instruction.
+//! This crate must not know what is computed.
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
 

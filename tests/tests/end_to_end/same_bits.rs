@@ -41,8 +41,8 @@ const SHARED_WORK: &str = r#"shader shared_work(
         + splineinverse("hermite", u - v, 6, own) + splineinverse("linear", v, knots) + Dx(splineinverse("bspline", u, knots));
 }"#;
 
-/// Values of cells on which a batch may branch, which change from round to round of a loop, and on which other
-/// cells depend: a batch in the cells of the batch before it computes only what differs.
+/// Values of cells on which a batch may branch, which change from round to round of a loop, and on which
+/// other cells depend: a batch in the cells of the batch before it computes only what differs.
 const SHARED_CELLS: &str = r#"shader shared_cells(
     int rounds = 70, float bend = 0.5,
     output float first = 0, output float second = 0, output color third = 0, output float fourth = 0)

@@ -212,8 +212,8 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     }
 
     /// Runs the steps of a group: once for each cell, unless their values are still there, and queues the
-    /// copying of cell values to lanes; or on all lanes if there are many cells. Queued lane operations are not affected: they read values of cells
-    /// that are not written again.
+    /// copying of cell values to lanes; or on all lanes if there are many cells. Queued lane operations are
+    /// not affected: they read values of cells that are not written again.
     pub(super) fn per_cell(
         &mut self,
         group: u16,

@@ -150,8 +150,8 @@ impl<'a> Compiler<'a> {
             let last = self.last_use[v.index()].max(self.position);
             let reg = self.registers.take(words, Some(last));
             let cells = per_cell::group(self.body, v).map(|group| {
-                // A value that is read by points, or by other steps on cells, has a register of its own. So it
-                // is kept until the batch gets there, and for the next batch.
+                // A value that points or other steps on cells read has a register of its own. So it is kept
+                // until the batch gets there, and for the next batch.
                 let kept = self.exported[v.index()] || last > self.members_end;
                 let reg = if kept { self.cells.add(words, None) } else { self.cells.take(words, Some(last)) };
                 CellLocation { group, reg }

@@ -40,7 +40,7 @@ const KNOWN: usize = 4;
 const ROUNDS: usize = 3;
 /// The cost of a cell's data, in computations of a vector.
 const CELL: usize = 2;
-/// Further computations that may come before it is decided that they are too many: more than one for each vector.
+/// Further computations that are never too many. From there on, one for each vector is enough.
 const SPARE: usize = 8;
 
 impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Kernel for Alone<'_, L, R, N, D> {
