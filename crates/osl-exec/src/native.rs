@@ -8,10 +8,11 @@
 //!
 //! Branches and loops are compiled as a whole, with everything in them.
 //!
-//! `plan` makes and executes plans; `record` turns the body of an operation into vector operations; `region`
-//! does so for the steps of a branch or a loop. Except for `region`, this module must not know masks, or
-//! steps other than lane operations.
+//! `plan` makes and executes plans, and `cut` divides long ones. `record` turns the body of an operation into
+//! vector operations; `region` does so for the steps of a branch or a loop. Except for `region`, this module
+//! must not know masks, or steps other than lane operations.
 
+mod cut;
 mod plan;
 mod record;
 mod region;

@@ -23,8 +23,8 @@ use osl_numeric::Arithmetic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
-    Array, CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark, Operand,
-    OutputPlan, OutputSource, Seed, Step, Steps, StoreStep,
+    Array, CellInputs, CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark,
+    Operand, OutputPlan, OutputSource, Seed, Step, Steps, StoreStep,
 };
 pub(crate) use weight::SERIAL;
 

@@ -23,6 +23,7 @@ mod avx512;
 mod block;
 mod code;
 mod encoder;
+mod estimate;
 mod hoist;
 mod inst;
 pub mod interpret;

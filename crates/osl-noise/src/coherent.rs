@@ -1,35 +1,39 @@
 //! Shares lattice work between neighbouring points.
 //!
 //! Points that lie close together are mostly in a few cells of a lattice, and hashing a cell costs more than
-//! everything else. So some hundred lanes are taken at a time. If they are in few cells ([`crate::cells`]),
-//! each cell's table is made once, sixteen cells in a vector, and lanes read their words from registers.
-//! Otherwise everything is computed lane by lane. The bits are the same either way. This pays only with
-//! AVX-512, whose registers can hold a table's word for all cells.
+//! everything else. While each vector of points is in one or two cells, its values are computed with the data
+//! of one cell for all lanes (`alone`). Otherwise some hundred lanes are taken at a time. If they are in few
+//! cells ([`crate::cells`]), each cell's table is made once, sixteen cells in a vector, and lanes read their
+//! words from registers. What remains is computed lane by lane. The bits are the same in all three ways. This
+//! pays with AVX2 and AVX-512, whose registers can hold a table's word for all cells.
 
 #![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 
+mod alone;
 mod perlin;
 mod simplex;
 
 use crate::cells::{self, Cells, MAX_CELLS};
 use crate::range::Range;
 use crate::unroll::{array, each};
-use osl_simd::wide::{Floats, Proof, Words};
+use alone::{Alone, Scratch};
+use osl_simd::registers::{Floats, Registers, Words};
 use osl_simd::{Isa, Kernel};
 pub(crate) use perlin::Perlin;
 pub(crate) use simplex::Simplex;
 use std::cell::RefCell;
+use std::marker::PhantomData;
 
 /// Lanes that are examined together.
 const CHUNK: usize = 256;
 /// Fewer lanes than this are not worth examining.
 const FEW: usize = 48;
-/// Lanes per register.
-const WIDE: usize = 16;
 /// Maximum number of words in a cell's key.
 const KEYS: usize = 4;
 /// Maximum number of words in a cell's table.
 const WORDS: usize = 24;
+/// How often in a row too many cells are met at once before a call looks for them only by chunks.
+const TRIES: usize = 3;
 
 /// The words that identify the cell of a point.
 type Key = [u32; KEYS];
@@ -41,12 +45,31 @@ pub(crate) trait Lattice<const D: usize>: Copy {
     /// Number of words of a key, and of a table.
     const SIZES: (usize, usize);
     /// The cells of points.
-    fn key(proof: Proof, p: [Floats; D]) -> [Words; KEYS];
+    fn key<R: Registers<N>, const N: usize>(r: R, p: [R::Floats; D]) -> [R::Words; KEYS];
     /// The table of a cell.
     fn table(key: Key) -> Table;
     /// The values at points of known cells, before scaling to the range. `word` returns a word of each lane's
     /// table.
-    fn placed(proof: Proof, p: [Floats; D], word: impl Fn(usize) -> Floats) -> Floats;
+    fn placed<R: Registers<N>, const N: usize>(
+        r: R,
+        p: [R::Floats; D],
+        word: impl Fn(usize) -> R::Floats,
+    ) -> R::Floats;
+
+    /// The data of a cell that many lanes share.
+    type Cell: Copy;
+    /// The key of the cell of a point.
+    fn key_of(p: [f32; D]) -> Key;
+    /// The data of a cell.
+    fn cell(key: Key) -> Self::Cell;
+    /// The points in a cell, and their values before scaling to the range. Points whose fraction has an
+    /// unusual sign are in no cell.
+    fn within<R: Registers<N>, const N: usize>(
+        r: R,
+        p: [R::Floats; D],
+        cell: &Self::Cell,
+        scratch: &mut Scratch<N>,
+    ) -> (R::Marks, R::Floats);
 }
 
 /// Working memory of a thread, aligned to cache lines so that no vector crosses one.
@@ -76,21 +99,42 @@ pub(crate) fn fill<L: Lattice<D>, const D: usize>(
     coords: [&[f32]; D],
     out: &mut [f32],
 ) -> usize {
-    let Some(proof) = isa.wide() else { return 0 };
-    let n = coords.iter().map(|c| c.len()).min().unwrap_or(0).min(out.len());
+    match (isa.wide(), isa.narrow()) {
+        (Some(r), _) => fill_with::<L, _, 16, D>(isa, r, range, coords, out),
+        (_, Some(r)) => fill_with::<L, _, 8, D>(isa, r, range, coords, out),
+        _ => 0,
+    }
+}
+
+fn fill_with<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
+    isa: Isa,
+    registers: R,
+    range: Range,
+    coords: [&[f32]; D],
+    out: &mut [f32],
+) -> usize {
+    let n = coords.iter().map(|c| c.len()).min().unwrap_or(0).min(out.len()) / N * N;
+    if n < FEW {
+        return 0;
+    }
     ROOM.with(|room| {
         let Ok(mut room) = room.try_borrow_mut() else { return 0 };
-        let mut start = 0;
-        while n - start >= FEW {
-            let end = start + (n - start).min(CHUNK) / WIDE * WIDE;
-            let call = Chunk::<L, D> {
-                proof,
-                range,
-                coords: coords.map(|c| &c[start..end]),
-                out: &mut out[start..end],
-                lattice: std::marker::PhantomData,
-            };
-            if !chunk(isa, call, &mut room) {
+        let (mut start, mut tries) = (0, TRIES);
+        while start < n {
+            if tries > 0 {
+                let coords = coords.map(|c| &c[start..n]);
+                let call = Points { registers, range, coords, out: &mut out[start..n], lattice: PhantomData };
+                let done = registers.dispatch(Alone::<L, R, N, D>(call));
+                tries = if done >= CHUNK { TRIES } else { tries - 1 };
+                start += done;
+                if start == n {
+                    break;
+                }
+            }
+            let end = ((start / CHUNK + 1) * CHUNK).min(n);
+            let coords = coords.map(|c| &c[start..end]);
+            let call = Points { registers, range, coords, out: &mut out[start..end], lattice: PhantomData };
+            if !chunk::<L, R, N, D>(isa, call, &mut room) {
                 break;
             }
             start = end;
@@ -99,42 +143,50 @@ pub(crate) fn fill<L: Lattice<D>, const D: usize>(
     })
 }
 
-/// A few hundred points.
-struct Chunk<'a, L, const D: usize> {
-    proof: Proof,
+/// Points whose number is a multiple of `N`.
+struct Points<'a, L, R, const D: usize> {
+    registers: R,
     range: Range,
     coords: [&'a [f32]; D],
     out: &'a mut [f32],
-    lattice: std::marker::PhantomData<L>,
+    lattice: PhantomData<L>,
 }
 
-fn chunk<L: Lattice<D>, const D: usize>(isa: Isa, call: Chunk<'_, L, D>, room: &mut Room) -> bool {
+fn chunk<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
+    isa: Isa,
+    call: Points<'_, L, R, D>,
+    room: &mut Room,
+) -> bool {
     let n = call.out.len().min(CHUNK);
     let Room { keys, index, scratch, tables } = room;
-    let Chunk { proof, range, coords, out, .. } = call;
-    if !isa.dispatch(Keys::<L, D> { proof, coords, keys, lattice: call.lattice }) {
+    let Points { registers, coords, lattice, .. } = call;
+    if !registers.dispatch(Keys::<L, R, N, D> { registers, coords, keys, lattice }) {
         return false;
     }
     index[..n].fill(u32::MAX);
     let key_lanes = keys.each_ref().map(|k| &k[..n]);
     let found = cells::find(isa, &key_lanes[..L::SIZES.0], &mut index[..n], &mut scratch[..n]);
     let Some(cells) = found else { return false };
-    isa.dispatch(Tables::<L, D> { cells, keys, tables, lattice: call.lattice });
-    isa.dispatch(Placed::<L, D> { proof, range, coords, index, tables, out, lattice: call.lattice });
+    registers.dispatch(Tables::<L, D> { cells, keys, tables, lattice });
+    if N == 8 && cells.count <= N {
+        registers.dispatch(Placed::<L, R, N, D, true> { points: call, index, tables });
+    } else {
+        registers.dispatch(Placed::<L, R, N, D, false> { points: call, index, tables });
+    }
     true
 }
 
 /// Computes the key of each lane. False if coordinates are so large that nearby floats are no longer
 /// fractional, or if they are −0 or so close below it that their fraction is 1, since the signs of zeros
 /// would then differ.
-struct Keys<'a, L, const D: usize> {
-    proof: Proof,
+struct Keys<'a, L, R, const N: usize, const D: usize> {
+    registers: R,
     coords: [&'a [f32]; D],
     keys: &'a mut [[u32; CHUNK]; KEYS],
-    lattice: std::marker::PhantomData<L>,
+    lattice: PhantomData<L>,
 }
 
-impl<L: Lattice<D>, const D: usize> Kernel for Keys<'_, L, D> {
+impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Kernel for Keys<'_, L, R, N, D> {
     type Output = bool;
     #[inline(always)]
     fn run(self) -> bool {
@@ -150,17 +202,17 @@ impl<L: Lattice<D>, const D: usize> Kernel for Keys<'_, L, D> {
         if odd {
             return false;
         }
-        let blocks: [&[[f32; WIDE]]; D] = array(
+        let blocks: [&[[f32; N]]; D] = array(
             #[inline(always)]
             |a| self.coords[a].as_chunks().0,
         );
-        let keys = self.keys.each_mut().map(|k| k.as_chunks_mut::<WIDE>().0);
-        for i in 0..blocks[0].len().min(CHUNK / WIDE) {
+        let keys = self.keys.each_mut().map(|k| k.as_chunks_mut::<N>().0);
+        for i in 0..blocks[0].len().min(CHUNK / N) {
             let p = array(
                 #[inline(always)]
-                |a| self.proof.floats(&blocks[a][i]),
+                |a| self.registers.floats(&blocks[a][i]),
             );
-            let key = L::key(self.proof, p);
+            let key = L::key(self.registers, p);
             each(
                 L::SIZES.0,
                 #[inline(always)]
@@ -176,7 +228,7 @@ struct Tables<'a, L, const D: usize> {
     cells: Cells,
     keys: &'a [[u32; CHUNK]; KEYS],
     tables: &'a mut [[f32; MAX_CELLS]; WORDS],
-    lattice: std::marker::PhantomData<L>,
+    lattice: PhantomData<L>,
 }
 
 impl<L: Lattice<D>, const D: usize> Kernel for Tables<'_, L, D> {
@@ -201,39 +253,40 @@ impl<L: Lattice<D>, const D: usize> Kernel for Tables<'_, L, D> {
     }
 }
 
-/// Computes the values of lanes whose tables are known.
-struct Placed<'a, L, const D: usize> {
-    proof: Proof,
-    range: Range,
-    coords: [&'a [f32]; D],
+/// Computes the values of lanes whose tables are known. `LOW`: there are at most eight tables.
+struct Placed<'a, L, R, const N: usize, const D: usize, const LOW: bool> {
+    points: Points<'a, L, R, D>,
     index: &'a [u32; CHUNK],
     tables: &'a [[f32; MAX_CELLS]; WORDS],
-    out: &'a mut [f32],
-    lattice: std::marker::PhantomData<L>,
 }
 
-impl<L: Lattice<D>, const D: usize> Kernel for Placed<'_, L, D> {
+impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize, const LOW: bool> Kernel
+    for Placed<'_, L, R, N, D, LOW>
+{
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let proof = self.proof;
-        let blocks: [&[[f32; WIDE]]; D] = array(
+        let Points { registers: r, range, coords, out, .. } = self.points;
+        let blocks: [&[[f32; N]]; D] = array(
             #[inline(always)]
-            |a| self.coords[a].as_chunks().0,
+            |a| coords[a].as_chunks().0,
         );
-        let index = self.index.as_chunks::<WIDE>().0;
-        let (shift, factor) = (proof.all(self.range.shift), proof.all(self.range.factor));
-        for (i, out) in self.out.as_chunks_mut::<WIDE>().0.iter_mut().enumerate() {
+        let index = self.index.as_chunks::<N>().0;
+        let (shift, factor) = (r.all(range.shift), r.all(range.factor));
+        for (i, out) in out.as_chunks_mut::<N>().0.iter_mut().enumerate() {
             let p = array(
                 #[inline(always)]
-                |a| proof.floats(&blocks[a][i]),
+                |a| r.floats(&blocks[a][i]),
             );
-            let cell = proof.words(&index[i]);
+            let cell = r.words(&index[i]);
             let value = L::placed(
-                proof,
+                r,
                 p,
                 #[inline(always)]
-                |j| cell.pick(proof.floats(&self.tables[j])),
+                |j| {
+                    let table = &self.tables[j];
+                    if LOW { cell.pick_low(table) } else { cell.pick(table) }
+                },
             );
             ((value + shift) * factor).store(out);
         }

@@ -197,6 +197,16 @@ impl<N: Number, const D: usize> Corners<N, D> {
     }
 }
 
+/// The two terms of the gradient of a corner of a cell in three dimensions: the axis of each, and whether it
+/// is negative (1) or not (0).
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(crate) fn terms(g: u32) -> [(u32, u32); 2] {
+    let m = g & 15;
+    let inner = if m | 2 == 14 { 0 } else { 2 };
+    [(u32::from(m >= 8), g & 1), (if m < 4 { 1 } else { inner }, (g >> 1) & 1)]
+}
+
 /// The gradient of a corner of a cell in two or three dimensions, as factors of the offset from there. The
 /// offset is not negative from near corners and not positive from far ones; a zero factor has the sign that
 /// makes the product −0.

@@ -134,10 +134,10 @@ struct Sum<T, const D: usize> {
 /// The position of a point: the first corner of its simplex, the offset from there, and the ranks of the
 /// axes.
 #[derive(Clone, Copy)]
-struct Site<T, const D: usize> {
-    base: [i32; D],
-    origin: [T; D],
-    rank: [i32; D],
+pub(crate) struct Site<T, const D: usize> {
+    pub(crate) base: [i32; D],
+    pub(crate) origin: [T; D],
+    pub(crate) rank: [i32; D],
 }
 
 /// The offset from the first corner.
@@ -157,7 +157,7 @@ fn origin<T: Float, const D: usize>(p: [T; D], base: [i32; D], whole: [T; D]) ->
 }
 
 #[inline(always)]
-fn site<T: Float, const D: usize>(p: [T; D]) -> Site<T, D> {
+pub(crate) fn site<T: Float, const D: usize>(p: [T; D]) -> Site<T, D> {
     let s = sum(p) * T::known(F[D], EXACT_F[D]);
     let cells: [(i32, T); D] = array(
         #[inline(always)]
@@ -199,11 +199,11 @@ fn site<T: Float, const D: usize>(p: [T; D]) -> Site<T, D> {
     Site { base, origin, rank }
 }
 
-/// The gradients of the corners of a simplex in three dimensions, corner by corner. The key is the first
-/// corner and the ranks of the axes, two bits each.
+/// The first corner of a simplex in three dimensions, and the ranks of the axes. The key holds the latter in
+/// two bits each.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
+pub(crate) fn unpack(key: [u32; 4]) -> ([i32; 3], [i32; 3]) {
     let base = array(
         #[inline(always)]
         |a| key[a] as i32,
@@ -212,6 +212,14 @@ pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
         #[inline(always)]
         |a| ((key[3] >> (2 * a)) & 3) as i32,
     );
+    (base, rank)
+}
+
+/// The gradients of the corners of a simplex in three dimensions, corner by corner.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
+    let (base, rank) = unpack(key);
     let mut table = [0; 24];
     each(
         4,
@@ -262,7 +270,7 @@ fn skewed<T: Float, const D: usize>(p: [T; D], seed: u32) -> (T, [T; D]) {
 
 /// Whether the `q`th corner is one further along an axis.
 #[inline(always)]
-fn offset<const D: usize>(rank: [i32; D], q: usize) -> [bool; D] {
+pub(crate) fn offset<const D: usize>(rank: [i32; D], q: usize) -> [bool; D] {
     array(
         #[inline(always)]
         |a| rank[a] >= D as i32 - q as i32,
@@ -270,7 +278,12 @@ fn offset<const D: usize>(rank: [i32; D], q: usize) -> [bool; D] {
 }
 
 #[inline(always)]
-fn corner_gradient<T: Float, const D: usize>(base: [i32; D], rank: [i32; D], q: usize, seed: u32) -> [T; D] {
+pub(crate) fn corner_gradient<T: Float, const D: usize>(
+    base: [i32; D],
+    rank: [i32; D],
+    q: usize,
+    seed: u32,
+) -> [T; D] {
     let offset = offset(rank, q);
     gradient(
         array(

@@ -10,7 +10,7 @@ use super::int::Int;
 use super::real::{Number, Real, Scalar};
 use super::strict;
 use pxfm::f_pow;
-use std::sync::OnceLock;
+use std::sync::{LazyLock, OnceLock};
 
 /// Colder bodies are a faint red, and hotter ones than the table are computed; in between, a table is
 /// interpolated. Kelvin.
@@ -18,79 +18,119 @@ const COLDEST: f32 = 800.0;
 const HOTTEST: f32 = 12_000.0;
 
 /// Light of one wavelength in nanometres; black outside the table.
-#[inline]
+#[inline(always)]
 pub fn wavelength_color<R: Real>(nanometres: R) -> Triple<R> {
     wavelength_in(nanometres, R::Int::lit(0))
 }
 
 /// The same in another RGB system.
-#[inline]
+#[inline(always)]
 pub fn wavelength_in<R: Real>(nanometres: R, system: R::Int) -> Triple<R> {
-    light(nanometres, system, |x, system| {
-        let at = (x - 380.0) / 5.0;
-        let index = at.to_int();
-        let Some([low, high]) =
-            usize::try_from(index).ok().and_then(|i| MATCHING.get(i..i + 2)?.first_chunk())
-        else {
-            return [0.0; 3];
-        };
-        let t = at - index as f32;
-        let mixed = std::array::from_fn(|c| (1.0 - t) * low[c] + t * high[c]);
-        let rgb = ColorSystem::<f32>::numbered(system).to_rgb(mixed);
-        rgb.map(|x| not_negative(x * (1.0 / 2.52)))
-    })
+    light(
+        nanometres,
+        system,
+        #[inline(always)]
+        |x, system| {
+            let at = (x - 380.0) / 5.0;
+            let index = at.to_int();
+            let Some([low, high]) =
+                usize::try_from(index).ok().and_then(|i| MATCHING.get(i..i + 2)?.first_chunk())
+            else {
+                return [0.0; 3];
+            };
+            let t = at - index as f32;
+            let mixed = between(low, high, t);
+            rgb_from(mixed, system).map(|x| not_negative(x * (1.0 / 2.52)))
+        },
+    )
 }
 
 /// Light of a black body, by its temperature in kelvin: power per area, not normalised.
-#[inline]
+#[inline(always)]
 pub fn blackbody<R: Real>(kelvin: R) -> Triple<R> {
     blackbody_in(kelvin, R::Int::lit(0))
 }
 
 /// The same in another RGB system.
-#[inline]
+#[inline(always)]
 pub fn blackbody_in<R: Real>(kelvin: R, system: R::Int) -> Triple<R> {
-    light(kelvin, system, |t, system| {
-        if t < COLDEST {
-            return [1e-6, 0.0, 0.0];
-        }
-        if t >= HOTTEST || t.is_nan() {
-            return planck_rgb(t, system);
-        }
-        let root = strict::cbrt((t - COLDEST) / 2.0);
-        let at = root * root;
-        let table = table(system);
-        let index = (at as usize).min(table.len() - 2);
-        let f = at - index as f32;
-        let (low, high) = (table[index], table[index + 1]);
-        std::array::from_fn(|c| {
-            let x = (1.0 - f) * low[c] + f * high[c];
-            (x * x) * (x * x) * x
-        })
-    })
+    light(
+        kelvin,
+        system,
+        #[inline(always)]
+        |t, system| {
+            if !(COLDEST..HOTTEST).contains(&t) {
+                return beyond_table(t, system);
+            }
+            let root = strict::cbrt((t - COLDEST) / 2.0);
+            let at = root * root;
+            let table = table(system);
+            let index = (at as usize).min(ENTRIES - 2);
+            let f = at - index as f32;
+            between(&table[index], &table[index + 1], f).map(|x| (x * x) * (x * x) * x)
+        },
+    )
+}
+
+/// A black body whose temperature is not in the table.
+#[cold]
+#[inline(never)]
+fn beyond_table(kelvin: f32, system: i32) -> Triple<f32> {
+    if kelvin < COLDEST { [1e-6, 0.0, 0.0] } else { planck_rgb(kelvin, system) }
 }
 
 /// Applies a single-precision function of a number and an RGB system, whatever the arithmetic.
+#[inline(always)]
 fn light<R: Real>(x: R, system: R::Int, f: impl Fn(f32, i32) -> Triple<f32>) -> Triple<R> {
-    R::by_value([system], [x], |[system], [x]| f(x.to_f32(), system).map(Number::lit))
+    R::by_value(
+        [system],
+        [x],
+        #[inline(always)]
+        |[system], [x]| f(x.to_f32(), system).map(Number::lit),
+    )
+}
+
+#[inline(always)]
+fn between(low: &Triple<f32>, high: &Triple<f32>, t: f32) -> Triple<f32> {
+    [(1.0 - t) * low[0] + t * high[0], (1.0 - t) * low[1] + t * high[1], (1.0 - t) * low[2] + t * high[2]]
+}
+
+/// RGB in the system with a number. The systems are computed once.
+#[inline(always)]
+fn rgb_from(xyz: Triple<f32>, system: i32) -> Triple<f32> {
+    static ALL: LazyLock<[ColorSystem<f32>; SYSTEMS.len()]> =
+        LazyLock::new(|| std::array::from_fn(|number| ColorSystem::numbered(number as i32)));
+    ALL[place(system)].to_rgb(xyz)
+}
+
+/// The place of a system in lists of them: that of the default for any other number.
+#[inline(always)]
+fn place(system: i32) -> usize {
+    if (0..SYSTEMS.len() as i32).contains(&system) { system as usize } else { 0 }
 }
 
 fn not_negative(x: f32) -> f32 {
     if x > 0.0 { x } else { 0.0 }
 }
 
+/// Number of entries of the table of black bodies.
+const ENTRIES: usize = 318;
+
 /// Fifth roots of the colors at 800 + 2 i^1.5 kelvin, so that the steps look uniform.
-fn table(system: i32) -> &'static [Triple<f32>] {
-    static TABLES: [OnceLock<Vec<Triple<f32>>>; SYSTEMS.len()] = [const { OnceLock::new() }; SYSTEMS.len()];
-    let number = usize::try_from(system).unwrap_or(0).min(SYSTEMS.len() - 1);
-    TABLES[number].get_or_init(|| {
-        (0..318)
-            .map(|i| {
-                let root = f32::sqrt(i as f32);
-                planck_rgb(root * root * root * 2.0 + COLDEST, system)
-                    .map(|x| f_pow(f64::from(x), f64::from(0.2_f32)) as f32)
-            })
-            .collect()
+#[inline(always)]
+fn table(system: i32) -> &'static [Triple<f32>; ENTRIES] {
+    static TABLES: [OnceLock<[Triple<f32>; ENTRIES]>; SYSTEMS.len()] =
+        [const { OnceLock::new() }; SYSTEMS.len()];
+    TABLES[place(system)].get_or_init(|| made_table(system))
+}
+
+#[cold]
+#[inline(never)]
+fn made_table(system: i32) -> [Triple<f32>; ENTRIES] {
+    std::array::from_fn(|i| {
+        let root = f32::sqrt(i as f32);
+        planck_rgb(root * root * root * 2.0 + COLDEST, system)
+            .map(|x| f_pow(f64::from(x), f64::from(0.2_f32)) as f32)
     })
 }
 

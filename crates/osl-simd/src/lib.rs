@@ -1,13 +1,17 @@
 //! The choice of instruction set: detected once, then passed as a value that proves its presence; and
-//! registers of sixteen words for AVX-512.
+//! registers of eight or sixteen words.
 //!
 //! The unsafe code is the calls of functions compiled for a feature set that the [`Isa`] proves, the
-//! registers of `wide`, and a conversion to integers that compiles to one vector instruction. This crate must
-//! not know what is computed.
+//! registers of `narrow` and `wide`, and a conversion to integers that compiles to one vector instruction.
+//! This crate must not know what is computed.
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
 
 mod fill;
+#[cfg(target_arch = "x86_64")]
+pub mod narrow;
+#[cfg(target_arch = "x86_64")]
+pub mod registers;
 #[cfg(target_arch = "x86_64")]
 pub mod wide;
 
@@ -112,12 +116,20 @@ impl Isa {
         }
     }
 
-    /// The proof for registers, if this is AVX-512.
+    /// The proof for registers of sixteen words, if this is AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[inline]
-    pub fn wide(self) -> Option<wide::Proof> {
+    pub fn wide(self) -> Option<wide::Wide> {
         // Only `all` makes a value of this level, after it has detected the features.
-        (self.0 == Level::Avx512).then(wide::Proof::detected)
+        (self.0 == Level::Avx512).then(wide::Wide::detected)
+    }
+
+    /// The proof for registers of eight words, if this is AVX2.
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    pub fn narrow(self) -> Option<narrow::Narrow> {
+        // As above.
+        (self.0 == Level::Avx2).then(narrow::Narrow::detected)
     }
 
     /// Runs the kernel as compiled for this instruction set.

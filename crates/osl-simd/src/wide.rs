@@ -1,16 +1,13 @@
-//! Registers of sixteen words, for operations that the compiler does not vectorise: above all, table lookups
-//! by lane.
-//!
-//! Every register is made from a [`Proof`] or from another register, so that its existence proves the
-//! instructions. Use them inside [`crate::Isa::dispatch`], where each method compiles to a single
-//! instruction.
+//! Registers of sixteen words, with AVX-512.
 
+use crate::Kernel;
+use crate::registers::{self, Registers};
 use std::arch::x86_64::*;
-use std::ops::{Add, BitAnd, BitOr, Mul, Not, Sub};
+use std::ops::{Add, BitAnd, BitOr, BitXor, Mul, Not, Sub};
 
 /// Proof that the machine has AVX-512.
 #[derive(Clone, Copy)]
-pub struct Proof(());
+pub struct Wide(());
 
 /// Sixteen floats.
 #[derive(Clone, Copy)]
@@ -24,101 +21,150 @@ pub struct Words(__m512i);
 #[derive(Clone, Copy)]
 pub struct Marks(__mmask16);
 
-// SAFETY of all blocks below: the value at hand comes from a `Proof`, which is made only where AVX-512 was
+// SAFETY of all blocks below: the value at hand comes from a `Wide`, which is made only where AVX-512 was
 // detected. Loads and stores use arrays of sixteen words.
 
-impl Proof {
+impl Wide {
     /// The proof for a detected level.
-    pub(crate) fn detected() -> Proof {
-        Proof(())
+    pub(crate) fn detected() -> Wide {
+        Wide(())
+    }
+}
+
+impl Registers<16> for Wide {
+    type Floats = Floats;
+    type Words = Words;
+    type Marks = Marks;
+
+    #[inline]
+    fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
+        unsafe { crate::run_avx512(kernel) }
     }
 
-    /// Sixteen floats from memory.
     #[inline(always)]
-    pub fn floats(self, from: &[f32; 16]) -> Floats {
+    fn floats(self, from: &[f32; 16]) -> Floats {
         unsafe { Floats(_mm512_loadu_ps(from.as_ptr())) }
     }
 
-    /// Sixteen words from memory.
     #[inline(always)]
-    pub fn words(self, from: &[u32; 16]) -> Words {
+    fn words(self, from: &[u32; 16]) -> Words {
         unsafe { Words(_mm512_loadu_si512(from.as_ptr().cast())) }
     }
 
-    /// One float in all lanes.
     #[inline(always)]
-    pub fn all(self, x: f32) -> Floats {
+    fn all(self, x: f32) -> Floats {
         unsafe { Floats(_mm512_set1_ps(x)) }
     }
 
-    /// One word in all lanes.
     #[inline(always)]
-    pub fn each(self, x: u32) -> Words {
+    fn each(self, x: u32) -> Words {
         unsafe { Words(_mm512_set1_epi32(x as i32)) }
+    }
+
+    #[inline(always)]
+    fn marks(self, all: bool) -> Marks {
+        Marks(if all { u16::MAX } else { 0 })
     }
 }
 
-impl Floats {
-    /// Writes the floats to memory.
+impl registers::Floats<16> for Floats {
+    type Words = Words;
+    type Marks = Marks;
+
     #[inline(always)]
-    pub fn store(self, to: &mut [f32; 16]) {
+    fn store(self, to: &mut [f32; 16]) {
         unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
     }
 
-    /// The largest integers that are not above the floats.
     #[inline(always)]
-    pub fn floor(self) -> Floats {
+    fn floor(self) -> Floats {
         unsafe { Floats(_mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0)) }
     }
 
-    /// Converts whole numbers to integers.
     #[inline(always)]
-    pub fn whole(self) -> Words {
+    fn negative(self) -> Floats {
+        unsafe { Floats(_mm512_xor_ps(self.0, _mm512_set1_ps(-0.0))) }
+    }
+
+    #[inline(always)]
+    fn whole(self) -> Words {
         unsafe { Words(_mm512_cvttps_epi32(self.0)) }
     }
 
-    /// Lanes that are not less than those of another; no lane is NaN.
     #[inline(always)]
-    pub fn at_least(self, other: Floats) -> Marks {
+    fn at_least(self, other: Floats) -> Marks {
         unsafe { Marks(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, other.0)) }
     }
 
-    /// Subtracts another in some lanes; the others keep their value.
     #[inline(always)]
-    pub fn less_at(self, marks: Marks, other: Floats) -> Floats {
+    fn less_at(self, marks: Marks, other: Floats) -> Floats {
         unsafe { Floats(_mm512_mask_sub_ps(self.0, marks.0, self.0, other.0)) }
     }
 
-    /// Multiplies by another in some lanes; the others are 0.
     #[inline(always)]
-    pub fn times_at(self, marks: Marks, other: Floats) -> Floats {
+    fn times_at(self, marks: Marks, other: Floats) -> Floats {
         unsafe { Floats(_mm512_maskz_mul_ps(marks.0, self.0, other.0)) }
+    }
+
+    #[inline(always)]
+    fn larger_word(self, other: Floats) -> Floats {
+        unsafe {
+            let (a, b) = (_mm512_castps_si512(self.0), _mm512_castps_si512(other.0));
+            Floats(_mm512_castsi512_ps(_mm512_max_epu32(a, b)))
+        }
+    }
+
+    #[inline(always)]
+    fn are_fractions(self) -> Marks {
+        unsafe {
+            let one = _mm512_set1_epi32(1.0_f32.to_bits() as i32);
+            Marks(_mm512_cmplt_epu32_mask(_mm512_castps_si512(self.0), one))
+        }
+    }
+
+    #[inline(always)]
+    fn replaced_at(self, marks: Marks, other: Floats) -> Floats {
+        unsafe { Floats(_mm512_mask_blend_ps(marks.0, self.0, other.0)) }
     }
 }
 
-impl Words {
-    /// Writes the words to memory.
+impl registers::Words<16> for Words {
+    type Floats = Floats;
+    type Marks = Marks;
+
     #[inline(always)]
-    pub fn store(self, to: &mut [u32; 16]) {
+    fn store(self, to: &mut [u32; 16]) {
         unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), self.0) }
     }
 
-    /// For each lane, the float of a table that its lowest four bits select.
     #[inline(always)]
-    pub fn pick(self, table: Floats) -> Floats {
-        unsafe { Floats(_mm512_permutexvar_ps(self.0, table.0)) }
+    fn pick(self, table: &[f32; 16]) -> Floats {
+        unsafe { Floats(_mm512_permutexvar_ps(self.0, _mm512_loadu_ps(table.as_ptr()))) }
     }
 
-    /// Adds one of two, chosen by a mask.
     #[inline(always)]
-    pub fn plus(self, marks: Marks, yes: Words, no: Words) -> Words {
+    fn pick_low(self, table: &[f32; 16]) -> Floats {
+        self.pick(table)
+    }
+
+    #[inline(always)]
+    fn plus(self, marks: Marks, yes: Words, no: Words) -> Words {
         unsafe { Words(_mm512_add_epi32(self.0, _mm512_mask_blend_epi32(marks.0, no.0, yes.0))) }
+    }
+}
+
+impl registers::Marks for Marks {
+    #[inline(always)]
+    fn first(self) -> Option<usize> {
+        (self.0 != 0).then(
+            #[inline(always)]
+            || self.0.trailing_zeros() as usize,
+        )
     }
 }
 
 impl BitAnd for Marks {
     type Output = Marks;
-    /// Lanes in both masks.
     #[inline(always)]
     fn bitand(self, other: Marks) -> Marks {
         Marks(self.0 & other.0)
@@ -127,34 +173,28 @@ impl BitAnd for Marks {
 
 impl BitOr for Marks {
     type Output = Marks;
-    /// Lanes in one of the masks or both.
     #[inline(always)]
     fn bitor(self, other: Marks) -> Marks {
         Marks(self.0 | other.0)
     }
 }
 
+impl BitXor for Marks {
+    type Output = Marks;
+    #[inline(always)]
+    fn bitxor(self, other: Marks) -> Marks {
+        Marks(self.0 ^ other.0)
+    }
+}
+
 impl Not for Marks {
     type Output = Marks;
-    /// Lanes that are not in the mask.
     #[inline(always)]
     fn not(self) -> Marks {
         Marks(!self.0)
     }
 }
 
-macro_rules! operator {
-    ($trait:ident $name:ident $call:ident) => {
-        impl $trait for Floats {
-            type Output = Floats;
-            #[inline(always)]
-            fn $name(self, other: Floats) -> Floats {
-                unsafe { Floats($call(self.0, other.0)) }
-            }
-        }
-    };
-}
-
-operator!(Add add _mm512_add_ps);
-operator!(Sub sub _mm512_sub_ps);
-operator!(Mul mul _mm512_mul_ps);
+crate::registers::operator!(Add add _mm512_add_ps);
+crate::registers::operator!(Sub sub _mm512_sub_ps);
+crate::registers::operator!(Mul mul _mm512_mul_ps);

@@ -41,6 +41,28 @@ const SHARED_WORK: &str = r#"shader shared_work(
         + splineinverse("hermite", u - v, 6, own) + splineinverse("linear", v, knots) + Dx(splineinverse("bspline", u, knots));
 }"#;
 
+/// Values of cells on which a batch may branch, which change from round to round of a loop, and on which
+/// other cells depend: a batch in the cells of the batch before it computes only what differs.
+const SHARED_CELLS: &str = r#"shader shared_cells(
+    int rounds = 70, float bend = 0.5,
+    output float first = 0, output float second = 0, output color third = 0, output float fourth = 0)
+{
+    point p = floor(P * 0.7);
+    color near = cellnoise(p + bend) * 2 - 1;
+    first = distance(P, p + near);
+    if (v > 0.2) {
+        color here = cellnoise(p * 3 + 7 + near[0]);
+        first += distance(P, p + here * near);
+    } else if (u < 0)
+        first -= distance(P, p + cellnoise(p + near * 9));
+    for (int k = 0; k < rounds; k++)
+        second += length(P - p - (color)cellnoise(p + k * 0.25 + near[1])) * bend;
+    for (int k = 0; k < 9 * v; k++)
+        third += cellnoise(p + k) * u + near;
+    float column = floor(u * 2) + (near[2] > 0 ? 3 : 0);
+    fourth = column * v + noise(column + near[0], 3.5) + noise(column * bend, p[1]) * u;
+}"#;
+
 /// The seed shaders, with parameters for which they do much work; shaders of the library; and shared work.
 fn shaders() -> &'static [Case] {
     static SHADERS: OnceLock<Vec<Case>> = OnceLock::new();
@@ -62,7 +84,10 @@ fn shaders() -> &'static [Case] {
         ]
         .into_iter()
         .map(|(name, path, params)| (name, std::fs::read_to_string(run::root().join(path)).unwrap(), params))
-        .chain([("shared_work", SHARED_WORK.to_owned(), Vec::new())])
+        .chain([
+            ("shared_work", SHARED_WORK.to_owned(), Vec::new()),
+            ("shared_cells", SHARED_CELLS.to_owned(), Vec::new()),
+        ])
         .collect()
     })
 }
@@ -80,7 +105,7 @@ proptest! {
 
     #[test]
     fn any_way_of_running(
-        shader in 0..9_usize,
+        shader in 0..10_usize,
         batch in 1..700_usize,
         tile in 1..900_usize,
         threads in 1..5_usize,

@@ -70,7 +70,9 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                 }
                 Step::Load(step) if self.queue_load(step) => {}
                 Step::Store(step) if self.queue_store(step, mask) => {}
-                Step::PerCell { group, steps, exports } => self.per_cell(*group, steps, exports, mask)?,
+                Step::PerCell { group, steps, exports, inputs } => {
+                    self.per_cell(*group, steps, (exports, inputs.as_ref()), mask)?;
+                }
                 _ => {
                     self.run_queue();
                     self.step(step, mask)?;

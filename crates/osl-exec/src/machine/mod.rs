@@ -321,8 +321,8 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                 self.find_cells(*group, roots, outs, mask);
                 self.export_roots(*group, roots, outs, exports);
             }
-            Step::PerCell { group, steps, exports } => {
-                self.per_cell(*group, steps, exports, mask)?;
+            Step::PerCell { group, steps, exports, inputs } => {
+                self.per_cell(*group, steps, (exports, inputs.as_ref()), mask)?;
                 self.run_queue();
             }
         }

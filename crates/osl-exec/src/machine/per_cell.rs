@@ -3,13 +3,15 @@
 //! Values per cell have lane registers like others, and in addition a word for each cell in a file of narrow
 //! registers with the same numbers. If a batch has a single cell, all lanes read that. If it has a few, the
 //! values that single points read are copied to the lanes. If it has many, the steps run on lanes as usual.
+//!
+//! Neighbouring batches are mostly in the same cells, whose values are then still in their narrow registers.
 
 use super::Machine;
 use super::lane::Queue;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::program::{CellLocation, Export, Location, Operand, Program, Steps};
+use crate::program::{CellInputs, CellLocation, Export, Location, Operand, Program, Steps};
 use crate::register::Lanes;
 use osl_lanes::{Arg, Word};
 use osl_noise::cells::{self, Cells, MAX_CELLS};
@@ -30,6 +32,29 @@ pub(super) struct PerCell<'a, W> {
     /// Queued lane operations on cells while none are running; on lanes while some are.
     queue: Queue<'a>,
     scratch: Lanes,
+    /// For each group, the cells whose values the narrow registers have.
+    present: Vec<Present<W>>,
+    /// The words of the roots of the batch.
+    found: Vec<W>,
+    /// For each step on cells, when it ran last.
+    ran: Vec<Ran<W>>,
+}
+
+/// The cells of a group whose values are in narrow registers.
+#[derive(Clone, Debug, Default)]
+struct Present<W> {
+    /// Number of cells, and the words of their roots.
+    count: usize,
+    roots: Vec<W>,
+    /// Increased by any change of what the values of cells depend on.
+    version: u64,
+}
+
+/// The version of its group for which a step on cells ran last, and the words of its inputs.
+#[derive(Clone, Debug, Default)]
+struct Ran<W> {
+    version: u64,
+    words: Vec<W>,
 }
 
 impl<W: Word> PerCell<'_, W> {
@@ -41,7 +66,36 @@ impl<W: Word> PerCell<'_, W> {
             running: false,
             queue: Queue::default(),
             scratch: Lanes::new(if program.groups > 0 { width } else { 0 }),
+            present: vec![Present::default(); program.groups],
+            found: Vec::new(),
+            ran: Vec::new(),
         }
+    }
+
+    /// Whether the values of a step on cells are still there; `words` is the uniform file. If not, the step
+    /// counts as run.
+    fn is_present(&mut self, group: u16, inputs: &CellInputs, words: &[W]) -> bool {
+        let number = inputs.number as usize;
+        if self.ran.len() <= number {
+            self.ran.resize(number + 1, Ran::default());
+        }
+        let (Some(present), Some(ran)) = (self.present.get_mut(usize::from(group)), self.ran.get_mut(number))
+        else {
+            return false;
+        };
+        let now = || inputs.words.iter().map(|at| words.get(*at as usize).copied().unwrap_or_default());
+        let is_same = ran.words.len() == inputs.words.len() && ran.words.iter().copied().eq(now());
+        if is_same && ran.version == present.version {
+            return true;
+        }
+        if ran.version == present.version {
+            // What read the former values has to run again.
+            present.version += 1;
+        }
+        ran.version = present.version;
+        ran.words.clear();
+        ran.words.extend(now());
+        false
     }
 
     /// Clears the queue, since a batch may have ended early.
@@ -99,6 +153,8 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             return;
         };
         let room = room(cells.count);
+        let mut found = std::mem::take(&mut self.per_cell.found);
+        found.clear();
         for (root, out) in roots.iter().zip(outs) {
             let Location::Lanes { cells: Some(location), .. } = out.location else { continue };
             let mut narrow = std::mem::take(&mut self.per_cell.narrow[location.reg as usize]);
@@ -109,10 +165,18 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                 for (word, lane) in words.iter_mut().zip(cells.lanes) {
                     *word = self.word(part, lane);
                 }
+                found.extend_from_slice(words);
             }
             self.per_cell.narrow[location.reg as usize] = narrow;
         }
         self.per_cell.counts[at] = cells.count;
+        let present = &mut self.per_cell.present[at];
+        if (present.count, &present.roots) != (cells.count, &found) {
+            present.count = cells.count;
+            present.version += 1;
+            std::mem::swap(&mut present.roots, &mut found);
+        }
+        self.per_cell.found = found;
     }
 
     /// Gives each lane the roots that single points read, if the batch has a few cells.
@@ -147,14 +211,14 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         cells::find(self.isa, &keys[..count], index, scratch)
     }
 
-    /// Runs the steps of a group: once for each cell, and queues the copying of cell values to lanes; or on
-    /// all lanes if there are many cells. Queued lane operations are not affected: they read values of cells
-    /// that are not written again.
+    /// Runs the steps of a group: once for each cell, unless their values are still there, and queues the
+    /// copying of cell values to lanes; or on all lanes if there are many cells. Queued lane operations are
+    /// not affected: they read values of cells that are not written again.
     pub(super) fn per_cell(
         &mut self,
         group: u16,
         steps: &'a Steps,
-        exports: &'a [Export],
+        (exports, inputs): (&'a [Export], Option<&CellInputs>),
         mask: &Mask,
     ) -> Result<(), RunError> {
         let count = self.per_cell.counts[usize::from(group)];
@@ -166,9 +230,21 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             return self.follow(&steps.list, mask);
         }
         let (width, room) = (self.width, room(count));
+        // A profile shows what the steps take.
+        let is_present = self.profile.is_none()
+            && inputs.is_some_and(|inputs| self.per_cell.is_present(group, inputs, &self.words));
         self.turn(room);
-        let result = self.steps(steps, &Mask::all(room));
+        let result = if is_present {
+            self.spend(steps.weight, &Mask::all(room));
+            Ok(())
+        } else {
+            self.steps(steps, &Mask::all(room))
+        };
         self.turn(width);
+        if result.is_err() {
+            // Some values are missing, also if the same points are run again.
+            self.per_cell.present[usize::from(group)].version += 1;
+        }
         if count > 1 {
             exports.iter().for_each(|export| self.queue_gather(export));
         }

@@ -1,6 +1,6 @@
 //! Plans: which operations of a sequence become code, and which are interpreted in between.
 
-use super::{Sequence, Shape, Style, Waiting, record};
+use super::{Sequence, Shape, Style, Waiting, cut, record};
 use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::{Gather, LaneInput, LaneRun, Move, PIECE, Ready, ReadyLane};
 use crate::register::Lanes;
@@ -95,7 +95,7 @@ impl Plan {
         let mut parts = Vec::new();
         for part in sequence.items.chunk_by(|a, b| is_known(a) == is_known(b)) {
             if is_known(part.first()?) {
-                parts.push(compile(part, sequence.constant, shape)?);
+                compile(part, sequence.constant, shape, &mut parts)?;
             } else {
                 parts.push(Part::Lanes(part.iter().map(|waiting| waiting.ready).collect()));
             }
@@ -186,18 +186,27 @@ fn next<'f, W>(rest: &mut &'f mut [Lanes<W>], passed: &mut usize, number: u32) -
     Some(lanes)
 }
 
-/// Compiles operations that can all become code.
-fn compile(run: &[Waiting], constant: Constants<'_>, shape: Shape) -> Option<Part> {
-    let (block, arrays) = block(run, constant, shape)?;
-    Some(Part::Code { code: Code::new(&block, shape.target)?, arrays })
+/// Compiles operations that can all become code, as one loop or as several.
+fn compile(run: &[Waiting], constant: Constants<'_>, shape: Shape, parts: &mut Vec<Part>) -> Option<()> {
+    let (whole, arrays, ends) = block(run, constant, shape)?;
+    let part = |items| block(&run[items], constant, shape).map(|(block, arrays, _)| (block, arrays));
+    let several = || cut::parts(run, &ends).into_iter().map(part).collect::<Option<Vec<_>>>();
+    let several = if cut::is_slow(&whole) { several() } else { None };
+    let several = several.filter(|parts| cut::is_faster(parts.iter().map(|part| &part.0), &whole));
+    let loops = several.unwrap_or_else(|| vec![(whole, arrays)]);
+    for (block, arrays) in loops {
+        parts.push(Part::Code { code: Code::new(&block, shape.target)?, arrays });
+    }
+    Some(())
 }
 
-/// The block of operations that can all become code, and its arrays.
+/// The block of operations that can all become code, its arrays, and the number of operations up to the end
+/// of each item.
 pub(super) fn block(
     run: &[Waiting],
     constant: Constants<'_>,
     shape: Shape,
-) -> Option<(Block, Vec<ArraySource>)> {
+) -> Option<(Block, Vec<ArraySource>, Vec<usize>)> {
     let mut sources = BTreeSet::new();
     for waiting in run {
         let input = |from: LaneInput| match from {
@@ -224,6 +233,7 @@ pub(super) fn block(
     }
     let end = run.iter().map(|waiting| waiting.at).max()?;
     let mut writer = Writer::new(&sources, constant, shape);
+    let mut ends = Vec::with_capacity(run.len());
     for waiting in run {
         let kept = waiting.last > end;
         match &waiting.ready {
@@ -232,8 +242,9 @@ pub(super) fn block(
             Ready::Load(step) => writer.load(step, kept)?,
             Ready::Store(step) => writer.store(step)?,
         }
+        ends.push(writer.block.len());
     }
-    Some((writer.block, sources.into_iter().collect()))
+    Some((writer.block, sources.into_iter().collect(), ends))
 }
 
 /// The constants of the uniform file.

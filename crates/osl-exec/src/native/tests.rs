@@ -149,7 +149,7 @@ fn compare<A: ArithmeticImpl<Word = u32>>(style: Style, lanes: impl Fn(LaneRun<'
         let constant = |at: u32| words.get(at as usize).copied();
         let mut interpreted = |constant: &dyn Fn(u32) -> Option<u32>| {
             let recorded = plan::block(&waiting, constant, shape(style, Target::Avx512));
-            let (block, arrays) = recorded.expect("it can be recorded");
+            let (block, arrays, _) = recorded.expect("it can be recorded");
             case.result(|files| {
                 let mut arrays: Vec<_> = lend(&arrays, files).collect();
                 interpret(&block, &mut arrays, 0..WIDTH).expect("the arrays suit the block");
@@ -229,7 +229,7 @@ fn check_division(case: &mut Case, constant: plan::Constants<'_>, pairs: &[(u32,
     let op = case.step.op;
     let waiting = [case.waiting()];
     let recorded = plan::block(&waiting, constant, shape(Style::Strict, Target::Avx2));
-    let (block, arrays) = recorded.expect("it can be recorded");
+    let (block, arrays, _) = recorded.expect("it can be recorded");
     for some in pairs.chunks(WIDTH) {
         for (lane, (a, b)) in some.iter().enumerate() {
             for (register, value) in case.registers[1..].iter_mut().zip([a, b]) {

@@ -2,8 +2,8 @@
 
 use super::uses::Uses;
 use super::{
-    CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark, Operand, OutputPlan,
-    OutputSource, Seed, Step, Steps, StoreStep, per_cell, weigh, words_of,
+    CellInputs, CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark, Operand,
+    OutputPlan, OutputSource, Seed, Step, Steps, StoreStep, per_cell, weigh, words_of,
 };
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
@@ -79,6 +79,10 @@ pub(super) struct Compiler<'a> {
     /// Position of the last use of each value.
     last_use: Vec<u32>,
     position: u32,
+    /// The position of the last of neighbouring instructions of a group.
+    members_end: u32,
+    /// Number of steps on cells.
+    cell_steps: u32,
     /// Number of loops around the current position.
     loops: u32,
     pub(super) registers: File,
@@ -111,6 +115,8 @@ impl<'a> Compiler<'a> {
             exported,
             last_use,
             position: 0,
+            members_end: 0,
+            cell_steps: 0,
             loops: 0,
             registers: File::default(),
             cells: File::default(),
@@ -144,10 +150,11 @@ impl<'a> Compiler<'a> {
             let last = self.last_use[v.index()].max(self.position);
             let reg = self.registers.take(words, Some(last));
             let cells = per_cell::group(self.body, v).map(|group| {
-                // A value that points read is kept until then, which is when the batch gets there and not the
-                // steps on cells.
-                let last = (!self.exported[v.index()]).then_some(last);
-                CellLocation { group, reg: self.cells.take(words, last) }
+                // A value that points or other steps on cells read has a register of its own. So it is kept
+                // until the batch gets there, and for the next batch.
+                let kept = self.exported[v.index()] || last > self.members_end;
+                let reg = if kept { self.cells.add(words, None) } else { self.cells.take(words, Some(last)) };
+                CellLocation { group, reg }
             });
             Location::Lanes { reg, component: 0, cells }
         };
@@ -165,10 +172,22 @@ impl<'a> Compiler<'a> {
     pub(super) fn block(&mut self, id: BlockId) -> Steps {
         let body = self.body;
         let mut steps = Steps::default();
-        for inst in &body.block(id).insts {
-            match per_cell::group_of(body, inst) {
-                Some(group) => self.member(inst, group, &mut steps),
-                None => self.marked(inst, &mut steps),
+        for members in
+            body.block(id).insts.chunk_by(|a, b| per_cell::group_of(body, a) == per_cell::group_of(body, b))
+        {
+            let Some(group) = members.first().and_then(|inst| per_cell::group_of(body, inst)) else {
+                members.iter().for_each(|inst| self.marked(inst, &mut steps));
+                continue;
+            };
+            // Each takes one position.
+            self.members_end = self.position + members.len() as u32 - 1;
+            members.iter().for_each(|inst| self.member(inst, group, &mut steps));
+            self.members_end = 0;
+            if let Some(Step::PerCell { group, steps, inputs, .. }) = steps.list.last_mut() {
+                let number = self.cell_steps;
+                *inputs = per_cell::inputs(*group, &steps.list, &self.words)
+                    .map(|words| CellInputs { number, words });
+                self.cell_steps += 1;
             }
         }
         weigh(&mut steps);
@@ -193,7 +212,12 @@ impl<'a> Compiler<'a> {
     fn member(&mut self, inst: &'a Inst, group: u16, steps: &mut Steps) {
         if !matches!(steps.list.last(), Some(Step::PerCell { group: last, .. }) if *last == group) {
             let mark = self.mark(inst, format!("shared{group}"));
-            steps.list.push(Step::PerCell { group, steps: Steps::default(), exports: Vec::new() });
+            steps.list.push(Step::PerCell {
+                group,
+                steps: Steps::default(),
+                exports: Vec::new(),
+                inputs: None,
+            });
             steps.marks.push(mark);
         }
         let around = std::mem::replace(&mut self.around, steps.marks.last().copied());

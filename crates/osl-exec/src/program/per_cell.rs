@@ -1,6 +1,7 @@
-//! Which values exist once per cell, and which of those single points read.
+//! Which values exist once per cell, which of those single points read, and what they depend on.
 
-use osl_ir::ir::{BlockId, Body, Inst, Op, Rate, Source, ValueId};
+use super::step::{Location, Operand, Seed, Step};
+use osl_ir::ir::{BlockId, Body, Inst, Kernel, Op, Rate, Source, ValueId};
 
 /// The group whose cells have one value each.
 pub(super) fn group(body: &Body, v: ValueId) -> Option<u16> {
@@ -65,4 +66,32 @@ fn block(body: &Body, id: BlockId, read: &mut dyn FnMut(ValueId)) {
             _ => {}
         }
     }
+}
+
+/// The words of the uniform file, constants excepted, that the steps of a group read. `None` if their values
+/// depend on more than these words and the group's cells, or if running the steps has further effects.
+pub(super) fn inputs(group: u16, steps: &[Step], seeds: &[Seed]) -> Option<Vec<u32>> {
+    let mut words = Vec::new();
+    for step in steps {
+        let (args, outs): (&[Operand], &[Operand]) = match step {
+            Step::Lane(step) => (step.args(), std::slice::from_ref(&step.out)),
+            Step::Kernel(step) if matches!(step.kernel, Kernel::Noise { .. }) => (&step.args, &step.outs),
+            _ => return None,
+        };
+        let is_ours = |operand: &Operand| matches!(operand.location, Location::Lanes { cells: Some(cells), .. } if cells.group == group);
+        for arg in args {
+            match arg.location {
+                Location::Words(at) => words.extend(at..at + arg.words),
+                Location::Lanes { .. } if !is_ours(arg) => return None,
+                Location::Lanes { .. } => {}
+            }
+        }
+        if !outs.iter().all(is_ours) {
+            return None;
+        }
+    }
+    words.sort_unstable();
+    words.dedup();
+    words.retain(|at| matches!(seeds.get(*at as usize), None | Some(Seed::Computed)));
+    Some(words)
 }

@@ -95,6 +95,8 @@ pub(crate) enum Step {
         group: u16,
         steps: Steps,
         exports: Vec<Export>,
+        /// What the values depend on, if they are the same in the next batch unless that changes.
+        inputs: Option<CellInputs>,
     },
 }
 
@@ -130,6 +132,15 @@ pub(crate) struct StoreStep {
     pub(crate) value: Operand,
     /// The position of its instruction in the program.
     pub(crate) at: u32,
+}
+
+/// What some values of cells depend on, in addition to the roots of the group.
+#[derive(Clone, Debug)]
+pub(crate) struct CellInputs {
+    /// The number of the step.
+    pub(crate) number: u32,
+    /// Words of the uniform file that are not constants.
+    pub(crate) words: Vec<u32>,
 }
 
 /// A value of cells that points read.

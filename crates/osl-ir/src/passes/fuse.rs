@@ -1,9 +1,12 @@
-//! Fuses products that are only used in a sum with that sum.
+//! Fuses products that are only used in a sum with that sum, and distances of which a choice keeps one
+//! (`choices`).
 //!
 //! One operation less saves writing and reading a register. The arithmetic determines the number of
 //! roundings: the strict one still rounds product and sum, so no bit changes. Needs the rates, and runs after
 //! the pass that finds shared work, so that a shared product does not become part of a sum that is not
 //! shared.
+
+mod choices;
 
 use crate::ir::{BlockId, Body, LaneOp, Op, Source, ValueId};
 use rustc_hash::FxHashMap;
@@ -11,6 +14,9 @@ use smallvec::smallvec;
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
+    if choices::run(body) {
+        super::dce::run(body);
+    }
     let uses = uses(body);
     let mut changed = false;
     for block in 0..body.blocks.len() {
