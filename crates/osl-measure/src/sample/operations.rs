@@ -65,8 +65,8 @@ fn weight(name: &str) -> f64 {
     }
 }
 
-/// The time of an operation in machine code, by its name. **Units:** nanoseconds. Fitted to the shaders of the
-/// bench `max_error`; the time of most of them is right to a factor of 2.
+/// The time of an operation in machine code, by its name. **Units:** nanoseconds. Fitted to the shaders of
+/// the bench `max_error`.
 fn time(name: &str) -> f64 {
     let is = |start: &str| name.starts_with(start);
     let has = |part: &str| name.contains(part);

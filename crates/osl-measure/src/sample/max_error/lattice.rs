@@ -44,8 +44,8 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    /// Interpolates the pixels that were not computed in the coarsest lattice, unless a finer one was computed
-    /// as a whole. This is done as late as possible, because it takes as long as computing the lattice.
+    /// Interpolates the pixels that were not computed in the coarsest lattice, unless a finer one was
+    /// computed as a whole. This is done as late as possible, because it takes time for every pixel.
     pub(super) fn fill(&mut self) {
         if self.filled.is_none() {
             self.interpolate([COARSE; 2]);

@@ -71,7 +71,7 @@ pub(super) const ESTIMATING: [f64; 2] = [30.0, 45.0];
 /// must not depend on the clock, so that this is not measured.
 pub(super) const COUNTED: usize = 64;
 /// The same number of samples for all pixels is never taken if it is more than this multiple of the samples
-/// with limits, because then it is too dear for a shader that takes long.
+/// with limits, because the predicted time of an evaluation may be far too small.
 pub(super) const DEARER: f64 = 1.5;
 /// Samples with the best limits relative to those of pixels that know when they are done.
 pub(super) const LEARNED: f64 = 1.3;
