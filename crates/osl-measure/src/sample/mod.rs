@@ -16,6 +16,7 @@ mod guard;
 mod image;
 pub mod likely;
 mod max_error;
+mod operations;
 mod oracle;
 mod pattern;
 mod points;

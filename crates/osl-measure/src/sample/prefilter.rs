@@ -16,9 +16,10 @@
 use super::bounds::{Reach, outputs};
 use super::guard::{self, AROUND, Around, CHANGED, SEEN};
 use super::image::Shading;
+use super::operations::operations;
 use super::oracle::some_pixels;
 use super::pattern::Pattern;
-use osl_exec::{Frame, Program, RunError, RunOptions};
+use osl_exec::{Frame, Program, RunError};
 use osl_ir::passes::Place;
 use rustc_hash::FxHashMap;
 
@@ -52,8 +53,6 @@ const HELPS: f64 = 0.95;
 /// The largest cost of a form relative to the plain program, in counted operations. A pixel must not cost
 /// more than three samples, and the count is not exact.
 const DEARER: f64 = 2.5;
-/// What a point takes besides its operations, in additions.
-const POINT: f64 = 20.0;
 /// The points at which operations are counted.
 const COUNTED: usize = 256;
 
@@ -233,14 +232,10 @@ impl<'a> Judge<'a> {
 
     /// The operations that a program takes at some pixels, weighted.
     fn count(&mut self, program: &Program) -> Result<f64, RunError> {
-        let options = RunOptions { profile: true, ..self.plain.options.clone() };
         let every = (self.pixels.len() / COUNTED).max(1);
         let pixels: Vec<u32> = self.pixels.iter().copied().step_by(every).collect();
         self.evaluations += pixels.len() as u64;
-        let mut said = Frame::default();
-        Shading { program, options: &options, ..self.plain.clone() }.centres(&pixels, &mut said)?;
-        let own: f64 = said.profile.iter().map(|entry| entry.lanes as f64 * weight(&entry.name)).sum();
-        Ok(POINT + own / pixels.len().max(1) as f64)
+        operations(&Shading { program, ..self.plain.clone() }, &pixels)
     }
 
     fn form(&mut self, program: &Program, left: Vec<Place>) -> Result<Form, RunError> {
@@ -471,34 +466,4 @@ fn known(values: &[f32], weights: &[f32]) -> [f64; 3] {
     let squares: f64 = values.iter().map(square).sum();
     let halves = (mean(0..count / 2) - mean(count / 2..count)).abs();
     [all, 0.5 * halves, (squares / count as f64).sqrt()]
-}
-
-/// The time of an operation, in additions, by its name. Measured with `--profile`.
-fn weight(name: &str) -> f64 {
-    if name.starts_with("texture") || name.starts_with("environment") {
-        return 150.0;
-    }
-    // A point of a batch may be alone in a branch or in a round.
-    match name {
-        "if" => return 10.0,
-        "loop" => return 100.0,
-        _ => {}
-    }
-    if !["noise", "pnoise"].iter().any(|start| name.starts_with(start)) {
-        return 1.0;
-    }
-    let has = |part: &str| name.contains(part);
-    let (is_triple, has_derivs) = (has("triple"), has("derivs"));
-    let of_size = |sizes: [f64; 3]| match () {
-        () if has("4d") => sizes[2],
-        () if has("3d") => sizes[1],
-        () => sizes[0],
-    };
-    match () {
-        () if has("gabor") => 700.0,
-        // Three noises with derivatives are not computed in vectors.
-        () if is_triple && has_derivs => of_size([400.0, 750.0, 1700.0]),
-        () if is_triple || has_derivs => of_size([10.0, 20.0, 45.0]),
-        () => of_size([6.0, 12.0, 25.0]),
-    }
 }

@@ -84,15 +84,22 @@ pub(super) fn stretched(
     rows: &Range<usize>,
 ) -> Vec<f32> {
     let mut values = vec![0.0; rows.len() * width];
-    let shares: Vec<(usize, f32)> = (0..width).map(|x| between(columns, x)).collect();
+    let shares: Vec<f32> = (0..width).map(|x| between(columns, x).1).collect();
+    // The pixels from each column to the next.
+    let next = columns.iter().skip(1).copied().chain([width]);
+    let widths: Vec<usize> = columns.iter().zip(next).map(|(column, next)| next - column).collect();
     let row = |line: usize| known.get(line * columns.len()..(line + 1) * columns.len()).unwrap_or(&[]);
     let fill = |(at, out): (usize, &mut [f32])| {
         let (line, t) = between(lines, rows.start + at);
         let (above, below) = (row(line), row((line + 1).min(lines.len().saturating_sub(1))));
         let blended: Vec<f32> = above.iter().zip(below).map(|(a, b)| mix(*a, *b, t)).collect();
-        for (out, (column, t)) in out.iter_mut().zip(&shares) {
-            let a = blended.get(*column).copied().unwrap_or(0.0);
-            *out = mix(a, blended.get(column + 1).copied().unwrap_or(a), *t);
+        let ends = blended.iter().zip(blended.iter().skip(1).chain(blended.last()));
+        let (mut out, mut shares) = (out, &shares[..]);
+        for ((a, b), wide) in ends.zip(&widths) {
+            let (cell, behind) = out.split_at_mut(*wide);
+            let (own, others) = shares.split_at(*wide);
+            cell.iter_mut().zip(own).for_each(|(out, t)| *out = mix(*a, *b, *t));
+            (out, shares) = (behind, others);
         }
     };
     values.par_chunks_mut(width.max(1)).with_min_len(32).enumerate().for_each(fill);

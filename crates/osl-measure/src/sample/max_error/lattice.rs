@@ -25,7 +25,7 @@ impl Work<'_, '_> {
         lines.into_iter().for_each(|y| columns.iter().for_each(|x| visit(y * self.width + x)));
     }
 
-    /// Computes the coarsest lattice and interpolates all other pixels.
+    /// Computes the coarsest lattice.
     pub(super) fn coarse(&mut self) -> Result<(), RunError> {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, COARSE), ticks(rows.clone(), COARSE));
@@ -35,8 +35,40 @@ impl Work<'_, '_> {
         self.evaluations += pixels.len() as u64;
         let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
         let known = self.shading.centres(&all, &mut self.said)?;
-        self.values = known.iter().map(|plane| stretched(plane, &columns, &lines, width, &rows)).collect();
+        let planes = known.into_iter().map(|plane| {
+            let mut values = vec![0.0; width * rows.len()];
+            pixels.iter().zip(plane).for_each(|(pixel, x)| values[*pixel as usize] = x);
+            values
+        });
+        self.values = planes.collect();
         Ok(())
+    }
+
+    /// Interpolates the pixels that were not computed in the coarsest lattice, unless a finer one was
+    /// computed as a whole. This is done as late as possible, because it takes time for every pixel.
+    pub(super) fn fill(&mut self) {
+        if self.filled.is_none() {
+            self.interpolate([COARSE; 2]);
+        }
+    }
+
+    /// Interpolates the pixels that were not computed in a lattice that was.
+    fn interpolate(&mut self, steps: [usize; 2]) {
+        let (width, rows) = (self.width, 0..self.height);
+        let (columns, lines) = (ticks(0..width, steps[0]), ticks(rows.clone(), steps[1]));
+        let known = &self.known;
+        for values in &mut self.values {
+            let corners: Vec<f32> = lines
+                .iter()
+                .flat_map(|y| columns.iter().map(|x| (*y, *x)))
+                .map(|(y, x)| values[y * width + x])
+                .collect();
+            let mut filled = stretched(&corners, &columns, &lines, width, &rows);
+            let pixels = filled.iter_mut().zip(values.iter()).zip(known);
+            pixels.filter(|(_, known)| **known).for_each(|((filled, value), _)| *filled = *value);
+            *values = filled;
+        }
+        self.filled = Some(steps);
     }
 
     /// Computes the pixels that cells with pending pixels, and their estimates, need; then interpolates
@@ -67,22 +99,22 @@ impl Work<'_, '_> {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, steps[0]), ticks(rows.clone(), steps[1]));
         let all = || lines.iter().flat_map(|y| columns.iter().map(move |x| y * width + x));
-        self.compute(all().filter(|pixel| !self.known[*pixel]).collect())?;
-        if steps != [1; 2] {
-            let known = &self.known;
-            for values in &mut self.values {
-                let corners: Vec<f32> = all().map(|pixel| values[pixel]).collect();
-                let mut filled = stretched(&corners, &columns, &lines, width, &rows);
-                let pixels = filled.iter_mut().zip(values.iter()).zip(known);
-                pixels.filter(|(_, known)| **known).for_each(|((filled, value), _)| *filled = *value);
-                *values = filled;
-            }
+        let missing: Vec<usize> = all().filter(|pixel| !self.known[*pixel]).collect();
+        if missing.is_empty() && self.filled == Some(steps) {
+            return Ok(());
+        }
+        self.compute(missing)?;
+        if steps == [1; 2] {
+            self.filled = Some(steps);
+        } else {
+            self.interpolate(steps);
         }
         Ok(())
     }
 
     /// Computes the corners of the cells with pending pixels and interpolates inside these cells.
     pub(super) fn cells(&mut self, step: usize, pending: &[bool]) -> Result<(), RunError> {
+        self.fill();
         let cells: Vec<[usize; 4]> =
             self.wanted(step, pending).into_iter().map(|[x, y]| self.cell(x, y, step)).collect();
         let mut needed = vec![false; pending.len()];
@@ -96,6 +128,7 @@ impl Work<'_, '_> {
         self.centres(&needed)?;
         if step > 1 {
             let (width, known) = (self.width, &self.known);
+            self.filled = Some([0; 2]);
             for values in &mut self.values {
                 cells.iter().for_each(|cell| interpolate(values, known, width, *cell));
             }

@@ -10,6 +10,7 @@ use super::probe::{NEVER, Tried};
 use super::scaled::Scaled;
 use pxfm::{f_expm1f, f_log1pf};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// A sample count and, for each pilot pixel, the estimated and the actual error at that count. A NaN estimate
 /// marks a pixel that was finished earlier.
@@ -17,16 +18,20 @@ pub(super) struct Rung {
     pub(super) samples: u32,
     pub(super) tried: Vec<Tried>,
     /// The pixels in the order of their estimates, which are 0 for a pixel that was finished earlier.
-    order: Vec<(f32, u32)>,
+    order: Arc<[(f32, u32)]>,
     scaled: Option<Scaled>,
 }
 
+/// Pixels in the order of their estimates. A NaN estimate, of a pixel that was finished earlier, counts as 0.
+pub(super) fn order(estimates: &[f32]) -> Arc<[(f32, u32)]> {
+    let known = |estimate: f32| if estimate.is_nan() { 0.0 } else { estimate };
+    let mut order: Vec<(f32, u32)> = estimates.iter().zip(0..).map(|(e, slot)| (known(*e), slot)).collect();
+    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.into()
+}
+
 impl Rung {
-    pub(super) fn new(samples: u32, tried: Vec<Tried>, bound: f32) -> Rung {
-        let known = |estimate: f32| if estimate.is_nan() { 0.0 } else { estimate };
-        let mut order: Vec<(f32, u32)> =
-            tried.iter().zip(0..).map(|((e, _), slot)| (known(*e), slot)).collect();
-        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    pub(super) fn new(samples: u32, tried: Vec<Tried>, order: Arc<[(f32, u32)]>, bound: f32) -> Rung {
         let scaled = Scaled::of(&tried, &order, bound);
         Rung { samples, tried, order, scaled }
     }
@@ -69,7 +74,7 @@ pub(super) struct Steps {
 }
 
 /// How often the search for prices and limits halves its interval.
-const CARES: usize = 9;
+const CARES: usize = 6;
 /// Errors as shares of the bound: below the first a pixel passes, above the second it fails.
 const DOUBT: [f32; 2] = [0.93, 1.07];
 /// Neighbours that count, in the order of the estimates, when the probability of a pixel is averaged: one in
@@ -244,10 +249,11 @@ mod tests {
 
     /// Rungs of 2 and 8 samples for a hundred pixels.
     fn rungs(first: impl Fn(usize) -> Tried, second: impl Fn(usize) -> Tried) -> Vec<Rung> {
-        vec![
-            Rung::new(2, (0..100).map(first).collect(), 1.0),
-            Rung::new(8, (0..100).map(second).collect(), 1.0),
-        ]
+        let rung = |samples: u32, tried: Vec<Tried>| {
+            let estimates: Vec<f32> = tried.iter().map(|(estimate, _)| *estimate).collect();
+            Rung::new(samples, tried, order(&estimates), 1.0)
+        };
+        vec![rung(2, (0..100).map(first).collect()), rung(8, (0..100).map(second).collect())]
     }
 
     #[test]

@@ -27,6 +27,7 @@ mod uniform;
 use super::adapt::{Refiner, power_below};
 use super::bounds::{Weights, weighted};
 use super::image::{Cheaper, Image, Shading, not_finite};
+use super::operations::nanoseconds;
 use learn::Steps;
 use osl_exec::{Frame, RunError};
 use pilot::estimate;
@@ -78,8 +79,10 @@ pub fn max_error_each(
         height: rows.len(),
         first: (rows.start * width) as u32,
         spread: spread(shading),
+        estimating: 0.0,
         values: Vec::new(),
         known: vec![false; rows.len() * width],
+        filled: None,
         plain: Vec::new(),
         evaluations: 0,
         unfinished: 0,
@@ -113,10 +116,15 @@ struct Work<'s, 'a> {
     first: u32,
     /// The variance of samples around a pixel's centre.
     spread: f32,
+    /// The time of estimating a pixel's error after a round, in evaluations.
+    estimating: f64,
     /// For each plane the current pixel values: computed centres and interpolated pixels.
     values: Vec<Vec<f32>>,
     /// Pixels whose centre was computed.
     known: Vec<bool>,
+    /// The steps of the lattice in which all pixels were interpolated last, 0 for several lattices; `None` as
+    /// long as they were not.
+    filled: Option<[usize; 2]>,
     /// The samples of pixels that all have the same number; empty without such pixels.
     plain: Vec<u32>,
     evaluations: u64,
@@ -137,6 +145,8 @@ impl<'a> Work<'_, 'a> {
             off = self.lattices(&mut probes, &mut pending)?;
             self.choose_arithmetic(&probes, &pending)?;
         }
+        // Nothing needs the values of pixels between those of the lattice before.
+        self.fill();
         let refined = self.sample(&pending, off)?;
         Ok(self.image(refined))
     }
@@ -321,6 +331,17 @@ impl<'a> Work<'_, 'a> {
         within.map(|at| curvatures.at([at % self.width, at / self.width])).collect()
     }
 
+    /// Finds out what an evaluation takes compared with an estimate, by counting operations at some of the
+    /// pixels.
+    fn measure_costs(&mut self, pixels: &[u32]) -> Result<(), RunError> {
+        let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(COUNTED).max(1)).collect();
+        self.evaluations += some.len() as u64;
+        let [each, of_plane] = ESTIMATING;
+        let planes = self.weights.iter().filter(|weight| *weight > 0.0).count() as f64;
+        self.estimating = (each + of_plane * planes) / nanoseconds(&self.sampled, &some)?;
+        Ok(())
+    }
+
     /// Samples the pixels that are still pending: the pilot first, then the others.
     fn sample(&mut self, pending: &[bool], off: f32) -> Result<[Refiner<'a>; 2], RunError> {
         let mut pixels: Vec<u32> =
@@ -329,6 +350,7 @@ impl<'a> Work<'_, 'a> {
             return Ok([Refiner::new(self.shading, Vec::new()), Refiner::new(self.shading, Vec::new())]);
         }
         let allowed = (ALLOWED * pending.len() as f32 - off).max(0.0) / pixels.len() as f32;
+        self.measure_costs(&pixels)?;
         let (pilot, steps) = self.pilot(&pixels, allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW))?;
         self.sampled.pattern = pilot.pattern().clone();
         let ahead = pilot.pixels();
@@ -355,7 +377,7 @@ impl<'a> Work<'_, 'a> {
         self.sampled.pattern = self.sampled.pattern.clone().with(samples);
         let [means, moves] = self.sampled.halves(&pixels, samples, &mut self.said)?;
         self.evaluations += u64::from(samples) * pixels.len() as u64;
-        let limit = self.last_limit(power);
+        let limit = last_limit(self.wanted.error, power);
         self.plain.resize(self.known.len(), 0);
         let mut again = Vec::new();
         for (at, pixel) in pixels.iter().enumerate() {
@@ -376,14 +398,6 @@ impl<'a> Work<'_, 'a> {
             again = Refiner::new(&self.sampled, Vec::new());
         }
         Ok(again)
-    }
-
-    /// The largest change by the later half of a pixel's samples after which it needs no others. `power` is
-    /// the rate at which squared errors fall.
-    fn last_limit(&self, power: f32) -> f32 {
-        // Two independent halves are as far from their mean as that is from the truth; stratified ones are
-        // farther.
-        LAST_LOOK * self.wanted.error / f_powf(0.5, 0.5 * (power - 1.0))
     }
 
     /// Samples pixels with the limits that the pilot found.
@@ -420,7 +434,7 @@ impl<'a> Work<'_, 'a> {
 
     /// Takes more samples of pixels that the last half of their samples moved too far.
     fn last_look(&self, refiner: &mut Refiner<'a>, power: f32) -> Result<(), RunError> {
-        let limit = self.last_limit(power);
+        let limit = last_limit(self.wanted.error, power);
         loop {
             let Refiner { active, moved, .. } = refiner;
             active.retain(|slot| moved[*slot] > limit);
@@ -475,6 +489,14 @@ struct Found {
     failed: f32,
     /// Probes that it settled although they nearly failed.
     near: usize,
+}
+
+/// The largest change by the later half of a pixel's samples after which it needs no others. `power` is the
+/// rate at which squared errors fall.
+fn last_limit(bound: f32, power: f32) -> f32 {
+    // Two independent halves are as far from their mean as that is from the truth; stratified ones are
+    // farther.
+    LAST_LOOK * bound / f_powf(0.5, 0.5 * (power - 1.0))
 }
 
 /// How many pixels are pending.

@@ -3,7 +3,7 @@
 //! proportional to the cost of the image.
 
 use super::Work;
-use super::learn::{Rung, Steps, clairvoyant, fixed, steps};
+use super::learn::{Rung, Steps, clairvoyant, fixed, order, steps};
 use super::policy::*;
 use super::probe::distance;
 use crate::sample::adapt::Refiner;
@@ -12,6 +12,7 @@ use crate::sample::oracle::some_pixels;
 use osl_exec::RunError;
 use pxfm::{f_log2f, f_powf};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 impl<'a> Work<'_, 'a> {
     /// Chooses the pilot pixels and samples them until they show how to sample the others. `allowed` is the
@@ -31,7 +32,7 @@ impl<'a> Work<'_, 'a> {
             pilot.double()?;
             let last = pilot.refiner.samples > self.wanted.most || pilot.refiner.active.is_empty();
             if let Some(found) = pilot.lesson(allowed, of, last) {
-                let found = Steps { power: pilot.convergence(), ..found };
+                let found = Steps { power: pilot.convergence, ..found };
                 return Ok((pilot.refiner, found));
             }
             pilot.drop_settled();
@@ -67,6 +68,11 @@ struct Pilot<'a> {
     guards: Vec<f32>,
     rounds: Vec<Round>,
     bound: f32,
+    /// The time of estimating a pixel's error, in evaluations.
+    estimating: f64,
+    /// The rate at which squared errors fall, as a power of the sample count: 1 if samples are no better than
+    /// independent ones, 3 if the shader is smooth.
+    convergence: f32,
     /// Minimum samples per pixel: enough to hit any feature large enough to change the pixel by the bound.
     min_samples: u32,
 }
@@ -76,6 +82,8 @@ struct Round {
     samples: u32,
     /// For each pixel; NaN if it was finished before this round.
     estimates: Vec<f32>,
+    /// The pixels in the order of their estimates.
+    order: Arc<[(f32, u32)]>,
     /// For each plane, the values of the pixels.
     values: Vec<Vec<f32>>,
 }
@@ -90,6 +98,8 @@ impl<'a> Pilot<'a> {
             guards,
             rounds: Vec::new(),
             bound: work.wanted.error,
+            estimating: work.estimating,
+            convergence: SLOWEST,
             min_samples: min_samples.next_power_of_two(),
         }
     }
@@ -102,17 +112,34 @@ impl<'a> Pilot<'a> {
         for slot in &self.refiner.active {
             estimates[*slot] = estimate(&self.refiner, *slot, self.guards[*slot]);
         }
-        self.rounds.push(Round { samples, estimates, values: self.refiner.means() });
+        let order = order(&estimates);
+        self.rounds.push(Round { samples, estimates, order, values: self.refiner.means() });
+        self.convergence = self.measured_convergence();
         Ok(())
+    }
+
+    /// Whether the samples before the last round may have been enough, so that it is worth looking closer.
+    fn may_be_enough(&self, allowed: f32) -> bool {
+        let [.., before, last] = &self.rounds[..] else { return false };
+        // Samples that converge no faster than independent ones indicate edges, which so few samples can
+        // miss.
+        if self.refiner.samples < self.min_samples && self.convergence < EDGES {
+            return false;
+        }
+        let most = (NEARLY * self.guards.len() as f32).max(allowed);
+        self.rung(before, last).failed(BOLD * self.bound) <= most
     }
 
     /// How to sample the other pixels, or `None` if the pilot needs more samples to decide. After the `last`
     /// round the best result so far is returned. `allowed` is the share of the pixels with samples that may
     /// exceed the bound; `pixels` of `all` pixels need samples.
     fn lesson(&self, allowed: f32, [pixels, all]: [f32; 2], last: bool) -> Option<Steps> {
-        let mut rungs = self.rungs();
         let count = self.guards.len() as f32;
         let allowed = allowed * count;
+        if !last && !self.may_be_enough(allowed * SCALED) {
+            return None;
+        }
+        let mut rungs = self.rungs();
         let affordable = |rungs: &[Rung], steps: &Steps, times: f32| {
             let fixed = fixed(rungs, self.bound, PROMISED as f32 * all / pixels * count);
             let work = steps.work as f32 / count * pixels + times * self.refiner.evaluations as f32;
@@ -120,19 +147,10 @@ impl<'a> Pilot<'a> {
         };
         // Scaled errors predict failures more precisely than counting does.
         let allowed = if rungs.iter().all(Rung::is_scaled) { SCALED * allowed } else { allowed };
-        let at_least = rungs.last().map_or(0.0, |rung| rung.failed(BOLD * self.bound));
-        if at_least > (NEARLY * count).max(allowed) && !last {
-            return None;
-        }
-        // Samples that converge no faster than independent ones indicate edges, which so few samples can
-        // miss.
-        if !last && self.refiner.samples < self.min_samples && self.convergence() < EDGES {
-            return None;
-        }
         if let Some(samples) = fixed(&rungs, BOLD * self.bound, allowed) {
             let [work, rounds] = clairvoyant(&rungs, BOLD * self.bound);
             let all = f64::from(samples) * f64::from(count);
-            if !last && LEARNED * work + ESTIMATING * rounds >= all && all <= DEARER * LEARNED * work {
+            if !last && LEARNED * work + self.estimating * rounds >= all && all <= DEARER * LEARNED * work {
                 let limits = vec![(samples, f32::INFINITY)];
                 return Some(Steps { limits, work: all, rounds: f64::from(count), ..Steps::default() });
             }
@@ -173,7 +191,7 @@ impl<'a> Pilot<'a> {
     fn plain(&self, found: Steps, rungs: &[Rung], allowed: f32) -> Steps {
         let Some(samples) = fixed(rungs, BOLD * self.bound, allowed) else { return found };
         let work = f64::from(samples) * self.guards.len() as f64;
-        if found.work + ESTIMATING * found.rounds < work || work > DEARER * found.work {
+        if found.work + self.estimating * found.rounds < work || work > DEARER * found.work {
             return found;
         }
         Steps { limits: vec![(samples, f32::INFINITY)], work, ..found }
@@ -182,45 +200,49 @@ impl<'a> Pilot<'a> {
     /// Predicts a sample count that was not tried from the one before, if that was nearly good enough.
     fn next(&self, rungs: &[Rung]) -> Option<Rung> {
         let before = rungs.last()?;
-        let less = f_powf(0.5, 0.5 * self.convergence());
+        let less = f_powf(0.5, 0.5 * self.convergence);
         let last = self.rounds.last()?;
         let tried =
             before.tried.iter().zip(&last.estimates).map(|((_, error), e)| (*e, less * error)).collect();
-        Some(Rung::new(last.samples, tried, self.bound))
+        Some(Rung::new(last.samples, tried, last.order.clone(), self.bound))
     }
 
     /// The estimated and actual errors of each sample count except the last, judged by the last.
     fn rungs(&self) -> Vec<Rung> {
         let Some((last, rounds)) = self.rounds.split_last() else { return Vec::new() };
-        let power = self.convergence();
-        let weights = &self.refiner.weights;
-        let rung = |round: &Round| {
-            let error = |slot: usize| {
-                let share = round.samples as f32 / self.refiner.each[slot] as f32;
-                // The reference contains these samples, so the true difference is larger.
-                if share < 1.0 {
-                    moved(round, last, slot, weights) / (1.0 - f_powf(share, power)).sqrt()
-                } else {
-                    0.0
-                }
-            };
-            let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
-            Rung::new(round.samples, tried, self.bound)
-        };
-        rounds.par_iter().map(rung).collect()
+        rounds.par_iter().map(|round| self.rung(round, last)).collect()
     }
 
-    /// The rate at which squared errors fall, as a power of the sample count: 1 if samples are no better than
-    /// independent ones, 3 if the shader is smooth. It is measured by how much less the last samples moved
-    /// the pixels than the samples before.
-    fn convergence(&self) -> f32 {
+    /// A sample count, judged by the last.
+    fn rung(&self, round: &Round, last: &Round) -> Rung {
+        let power = self.convergence;
+        let weights = &self.refiner.weights;
+        let error = |slot: usize| {
+            let share = round.samples as f32 / self.refiner.each[slot] as f32;
+            // The reference contains these samples, so the true difference is larger.
+            if share < 1.0 {
+                moved(round, last, slot, weights) / (1.0 - f_powf(share, power)).sqrt()
+            } else {
+                0.0
+            }
+        };
+        let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
+        Rung::new(round.samples, tried, round.order.clone(), self.bound)
+    }
+
+    /// The rate at which squared errors fall, measured by how much less the last samples moved the pixels
+    /// than the samples before.
+    fn measured_convergence(&self) -> f32 {
         let [.., first, second, third] = &self.rounds[..] else { return SLOWEST };
         let slots = &self.refiner.active;
         let large = |from: &Round, to: &Round| {
             let mut moves: Vec<f32> =
                 slots.iter().map(|slot| moved(from, to, *slot, &self.refiner.weights)).collect();
-            moves.sort_by(f32::total_cmp);
-            moves.get((LARGE * moves.len() as f32) as usize).copied().unwrap_or(0.0)
+            let at = (LARGE * moves.len() as f32) as usize;
+            if at >= moves.len() {
+                return 0.0;
+            }
+            *moves.select_nth_unstable_by(at, f32::total_cmp).1
         };
         let ratio = large(first, second) / large(second, third);
         if ratio.is_finite() { (2.0 * f_log2f(ratio)).clamp(SLOWEST, FASTEST) } else { SLOWEST }

@@ -64,12 +64,14 @@ pub(super) const BELOW_FAILED: f32 = 0.9;
 pub(super) const PILOT: (usize, usize, usize) = (16, 4, 64);
 /// In small images, one in `0` of the pixels, up to `1` pixels, because fewer show too little.
 pub(super) const SMALL_PILOT: (usize, usize) = (10, 2048);
-/// The time of estimating a pixel's error after a round, in evaluations of a cheap shader. If limits save
-/// less, all pixels get the same number of samples. An image must not depend on the clock, so that this is
-/// not measured.
-pub(super) const ESTIMATING: f64 = 3.0;
+/// The time of estimating a pixel's error after a round: that of any pixel, and of each plane with a bound.
+/// **Units:** nanoseconds. If limits save less, all pixels get the same number of samples.
+pub(super) const ESTIMATING: [f64; 2] = [30.0, 45.0];
+/// The number of pixels at which operations are counted, which predict the time of an evaluation. An image
+/// must not depend on the clock, so that this is not measured.
+pub(super) const COUNTED: usize = 64;
 /// The same number of samples for all pixels is never taken if it is more than this multiple of the samples
-/// with limits, because then it is too dear for a shader that takes long.
+/// with limits, because the predicted time of an evaluation may be far too small.
 pub(super) const DEARER: f64 = 1.5;
 /// Samples with the best limits relative to those of pixels that know when they are done.
 pub(super) const LEARNED: f64 = 1.3;
@@ -92,6 +94,8 @@ pub(super) const WHOLE: f32 = 0.5;
 pub(super) const UNIFORM: f32 = 0.1;
 /// Of `TRIALS` probes, at most so many may fail for a lattice to be computed as a whole.
 pub(super) const TRIED: usize = 1;
+/// If more of them fail in the lattice of all pixels, its other probes are not compared with it.
+pub(super) const HOPELESS: usize = 6;
 /// One in so many pixels gets a probe if the lattice of every second pixel is computed as a whole.
 pub(super) const PROBE_WHOLE: usize = 36;
 /// Probes that show by themselves whether one in a thousand pixels is wrong.

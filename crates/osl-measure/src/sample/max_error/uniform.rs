@@ -2,8 +2,8 @@
 //! compute a whole lattice at once than to decide for each cell, and probes alone show whether it is right.
 
 use super::policy::{
-    ALLOWED, CLOSE, COARSE, PEEKS, PROBE, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW, SURE_PROBES, TRIALS,
-    TRIED,
+    ALLOWED, CLOSE, COARSE, HOPELESS, PEEKS, PROBE, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW, SURE_PROBES,
+    TRIALS, TRIED,
 };
 use super::probe::Probes;
 use super::{Found, Work, above};
@@ -72,9 +72,12 @@ impl Work<'_, '_> {
             return Ok(found(failed));
         }
         self.whole(step)?;
-        let errors = self.errors(probes, &all, step)?;
-        let failed = errors.iter().filter(|error| above(**error, CLOSE * self.wanted.error)).count();
-        let failed = if failed as f32 > spare { failed.min(self.uneven(probes, &all)) } else { failed };
+        let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
+        let mut failed = self.failures(probes, &some, step)?;
+        if failed <= HOPELESS {
+            failed = self.failures(probes, &all, step)?;
+        }
+        let failed = if failed as f32 > spare { self.uneven(probes, &all) } else { failed };
         if failed as f32 <= spare {
             pending.fill(false);
             return Ok(found(failed));
@@ -86,14 +89,18 @@ impl Work<'_, '_> {
     /// computed for the lattice of all pixels, so that nothing is lost if not. The image with the others
     /// interpolated is judged as if it were that lattice, by a few of the probes first.
     fn columns_do(&mut self, probes: &Probes, all: &[usize], spare: f32) -> Result<Option<usize>, RunError> {
-        let bound = CLOSE * self.wanted.error;
-        let failed = |errors: Vec<f32>| errors.iter().filter(|error| above(**error, bound)).count();
         let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
-        if failed(self.errors(probes, &some, 1)?) > TRIED {
+        if self.failures(probes, &some, 1)? > TRIED {
             return Ok(None);
         }
-        let failed = failed(self.errors(probes, all, 1)?);
+        let failed = self.failures(probes, all, 1)?;
         Ok((failed as f32 <= spare).then_some(failed))
+    }
+
+    /// The number of probes at which a lattice is wrong.
+    fn failures(&mut self, probes: &Probes, slots: &[usize], step: usize) -> Result<usize, RunError> {
+        let errors = self.errors(probes, slots, step)?;
+        Ok(errors.iter().filter(|error| above(**error, CLOSE * self.wanted.error)).count())
     }
 
     /// Whether the coarsest lattice hit so many features of about a pixel that it missed too many others.
