@@ -1,7 +1,7 @@
 //! The lane operations as loops over slices, stamped from the one list of [`osl_numeric::for_each_lane_op!`].
 //!
 //! Each body becomes plain loops over slices, in a function for each operation and instruction set; the
-//! compiler vectorises the loops. In single precision there are none for AVX-512, which uses those for AVX2:
+//! compiler vectorises the loops. Hardly any are in single precision for AVX-512, which uses those for AVX2:
 //! machine code takes over after some thousands of lanes. One function with the loops of all operations would
 //! save calls, but takes the compiler more than twice the time. Cheap bodies have a loop for each combination
 //! of lane arrays and single arguments, all others only one for lane arrays. Loops ignore the mask: inactive
@@ -355,6 +355,20 @@ macro_rules! call {
     };
 }
 
+/// Dispatches the loops of an operation of the strict arithmetic. Two operations compute in double precision,
+/// so that there is no machine code for them: they have loops for AVX-512.
+macro_rules! dispatch {
+    (SrgbToLinear $isa:ident, $loops:expr) => {
+        $isa.dispatch($loops)
+    };
+    (LinearToSrgb $isa:ident, $loops:expr) => {
+        $isa.dispatch($loops)
+    };
+    ($op:ident $isa:ident, $loops:expr) => {
+        $isa.dispatch_to_avx2($loops)
+    };
+}
+
 /// What concerns an operation that differs in the fast arithmetic; nothing for the others, which use the
 /// strict loops.
 macro_rules! if_fast {
@@ -416,7 +430,7 @@ macro_rules! stamp {
         /// Runs an operation of the strict arithmetic.
         pub fn run_strict(isa: Isa, call: LaneCall<'_, u32>) {
             match call.op {
-                $(LaneOp::$name => isa.dispatch_to_avx2(
+                $(LaneOp::$name => dispatch!($name isa,
                     Single::<u32, f32, { LaneOp::$name as u16 }>(call, PhantomData))),*
             }
         }
