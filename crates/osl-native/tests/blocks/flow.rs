@@ -89,7 +89,9 @@ fn countdown() -> Block {
 #[test]
 fn a_budget_bounds_the_rounds() {
     let block = countdown();
-    for target in Target::ALL.iter().copied().filter(|target| target.is_supported()) {
+    // NEON has no code for loops.
+    let carries = |target: &Target| target.is_supported() && target.carries(&block);
+    for target in Target::ALL.iter().copied().filter(carries) {
         let code = Code::new(&block, target).unwrap();
         let lanes = 2 * target.lanes();
         let mut scratch = Scratch::default();
