@@ -50,7 +50,8 @@ pub trait Float:
     fn nan_of(x: Self, period: Self) -> Self;
     /// Runs a kernel with the instruction set, or with the baseline if it is not compiled for that one.
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K);
-    /// Runs a kernel for nine results in vectors, or gives it back if none is compiled for this precision.
+    /// Runs a kernel that computes nine results in vectors. If this precision has no vectors for them, the
+    /// kernel is returned and has not run.
     fn dispatch_nine<K: Kernel<Output = ()>>(isa: Isa, kernel: K) -> Option<K>;
     /// Coordinates and results, if they are in single precision.
     fn singles<'a, const D: usize>(

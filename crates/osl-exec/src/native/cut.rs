@@ -1,9 +1,10 @@
 //! Where a long sequence is cut into several loops.
 //!
-//! A processor starts operations of the next vectors while those of one vector wait for each other, as far
-//! as it looks ahead. It looks ahead a few hundred operations. So a loop with more operations, most of which
-//! form one chain, takes the time of the chain for each vector. Several short loops take less, although
-//! values go through memory from one to the next. This module must not know what the operations compute.
+//! A processor looks ahead a few hundred operations. While the operations of one vector wait for each other,
+//! it starts those of the next vectors if they are near enough. If a loop has more operations, and most of
+//! them form one chain, each vector takes the time of the whole chain. Several short loops take less,
+//! although values go through memory from one to the next. This module must not know what the operations
+//! compute.
 
 use super::Waiting;
 use crate::lanes::Ready;

@@ -1,5 +1,5 @@
-//! Fuses products that are only used in a sum with that sum, and distances of which a choice keeps one
-//! (`choices`).
+//! Fuses a product with the sum that alone uses it. Where a choice would discard one of two distances, only
+//! the other one is computed (`choices`).
 //!
 //! One operation less saves writing and reading a register. The arithmetic determines the number of
 //! roundings: the strict one still rounds product and sum, so no bit changes. Needs the rates, and runs after

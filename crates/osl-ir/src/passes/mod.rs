@@ -60,7 +60,7 @@ pub enum Pass {
     Algebra,
     /// Finds work that neighbouring points share.
     Share,
-    /// Fuses products with their sums, and distances of which a choice keeps one.
+    /// Fuses products with their sums, and computes one distance where a choice would discard the other.
     Fuse,
 }
 

@@ -382,7 +382,8 @@ pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broke
     Ok(frame)
 }
 
-/// Computes an image of which only the ranges are wanted, if that takes no memory for the whole.
+/// Computes an image whose values are not wanted, only their ranges. `None` if this needs memory for the
+/// whole image.
 pub(super) fn only_ranges(
     image: &mut dyn Rows,
     wanted: Wanted,
