@@ -194,7 +194,7 @@ impl<W: Word> LaneRun<'_, W> {
                 let (parts, n) = (usize::from(step.parts), lanes * usize::from(step.through));
                 // Without a loop for single arguments, and where all are single, they are broadcast.
                 let is_single = |arg: &Arg<'_, W>| matches!(arg, Arg::Same(_));
-                if !W::FORMS || !FORMS[step.op as usize] || args[..list.len()].iter().all(is_single) {
+                if !FORMS[step.op as usize] || args[..list.len()].iter().all(is_single) {
                     for (((slot, apart), room), arg) in
                         args.iter_mut().zip(&mut apart).zip(broadcasts.iter_mut()).zip(list)
                     {

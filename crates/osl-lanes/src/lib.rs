@@ -16,7 +16,7 @@ mod word;
 
 use lane::{Lane, One};
 use osl_numeric::fast::FastFloat;
-use osl_numeric::{Cost, Kind, LaneOp, MAX_ARGS};
+use osl_numeric::{Kind, LaneOp, MAX_ARGS};
 use osl_simd::{FusedKernel, Isa, Kernel};
 use std::marker::PhantomData;
 pub use word::{Element, Word};
@@ -152,11 +152,11 @@ fn map2<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(
     let each_a = || A::each(a.words(), call.n, call.stride);
     let each_b = || B::each(b.words(), call.n, call.stride);
     match (a, b) {
-        (Arg::Same(a), Arg::Each(_)) if FORMS && W::FORMS => {
+        (Arg::Same(a), Arg::Each(_)) if FORMS => {
             let (a, b) = (A::same(a), each_b());
             fill!(call, i, f(a, B::at(b, i)));
         }
-        (Arg::Each(_), Arg::Same(b)) if FORMS && W::FORMS => {
+        (Arg::Each(_), Arg::Same(b)) if FORMS => {
             let (a, b) = (each_a(), B::same(b));
             fill!(call, i, f(A::at(a, i), b));
         }
@@ -167,47 +167,17 @@ fn map2<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(
     }
 }
 
-/// Three arguments. With `FORMS` one or two of them may be single, otherwise all are lanes.
+/// Three arguments, all lanes.
 #[inline(always)]
-fn map3<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
+fn map3<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
     call: Part<'_, W>,
     f: impl Fn(A, B, C) -> O,
 ) {
-    use Arg::{Each, Same};
     let [a, b, c, _] = call.args;
-    let each_a = || A::each(a.words(), call.n, call.stride);
-    let each_b = || B::each(b.words(), call.n, call.stride);
-    let each_c = || C::each(c.words(), call.n, call.stride);
-    match (a, b, c) {
-        (Same(a), Each(_), Each(_)) if FORMS && W::FORMS => {
-            let (a, b, c) = (A::same(a), each_b(), each_c());
-            fill!(call, i, f(a, B::at(b, i), C::at(c, i)));
-        }
-        (Each(_), Same(b), Each(_)) if FORMS && W::FORMS => {
-            let (a, b, c) = (each_a(), B::same(b), each_c());
-            fill!(call, i, f(A::at(a, i), b, C::at(c, i)));
-        }
-        (Each(_), Each(_), Same(c)) if FORMS && W::FORMS => {
-            let (a, b, c) = (each_a(), each_b(), C::same(c));
-            fill!(call, i, f(A::at(a, i), B::at(b, i), c));
-        }
-        (Same(a), Same(b), Each(_)) if FORMS && W::FORMS => {
-            let (a, b, c) = (A::same(a), B::same(b), each_c());
-            fill!(call, i, f(a, b, C::at(c, i)));
-        }
-        (Same(a), Each(_), Same(c)) if FORMS && W::FORMS => {
-            let (a, b, c) = (A::same(a), each_b(), C::same(c));
-            fill!(call, i, f(a, B::at(b, i), c));
-        }
-        (Each(_), Same(b), Same(c)) if FORMS && W::FORMS => {
-            let (a, b, c) = (each_a(), B::same(b), C::same(c));
-            fill!(call, i, f(A::at(a, i), b, c));
-        }
-        _ => {
-            let (a, b, c) = (each_a(), each_b(), each_c());
-            fill!(call, i, f(A::at(a, i), B::at(b, i), C::at(c, i)));
-        }
-    }
+    let a = A::each(a.words(), call.n, call.stride);
+    let b = B::each(b.words(), call.n, call.stride);
+    let c = C::each(c.words(), call.n, call.stride);
+    fill!(call, i, f(A::at(a, i), B::at(b, i), C::at(c, i)));
 }
 
 /// Four arguments are rare, so there is only one loop, which checks the form of each argument.
@@ -282,13 +252,11 @@ macro_rules! unwrap {
     };
 }
 
-/// Whether an operation has separate loops for single arguments. They are worth their compile time for cheap
-/// operations and for matrices; in others, single values are broadcast first, which costs a small part of the
-/// loop.
+/// Whether an operation has separate loops for single arguments: one with a matrix and another argument.
+/// In others, single values are broadcast first, which costs a small part of the loop and saves code.
 const fn has_forms(op: LaneOp) -> bool {
     let args = op.shape().args;
-    args.len() > 1
-        && (matches!(args[0], Kind::Matrix) || matches!(op.cost(), Cost::Part | Cost::Cheap | Cost::Root))
+    args.len() == 2 && matches!(args[0], Kind::Matrix)
 }
 
 /// Whether an operation has separate loops for single arguments, by the number of the operation. If not, the
@@ -333,7 +301,7 @@ macro_rules! call {
         $call.each_part(
             #[inline(always)]
             |part| {
-                map3::<{ has_forms(LaneOp::$op) }, $w, lane!($r $a), lane!($r $b), lane!($r $c), lane!($r $o)>(
+                map3::<$w, lane!($r $a), lane!($r $b), lane!($r $c), lane!($r $o)>(
                     part,
                     #[inline(always)]
                     |a, b, c| wrap!($o $path(unwrap!($a a), unwrap!($b b), unwrap!($c c))),

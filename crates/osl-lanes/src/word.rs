@@ -11,9 +11,6 @@ use std::fmt::Debug;
 
 /// The contents of a lane.
 pub trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
-    /// Whether cheap operations have separate loops for single arguments. If not, single values are broadcast
-    /// first, which leaves a third of the code to compile.
-    const FORMS: bool;
     /// The word for an int, or for the number of a string or closure.
     fn of(bits: u32) -> Self;
     /// The int.
@@ -29,7 +26,6 @@ pub trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
 }
 
 impl Word for u32 {
-    const FORMS: bool = true;
     #[inline(always)]
     fn of(bits: u32) -> u32 {
         bits
@@ -54,7 +50,6 @@ impl Word for u32 {
 }
 
 impl Word for u64 {
-    const FORMS: bool = false;
     #[inline(always)]
     fn of(bits: u32) -> u64 {
         u64::from(bits)

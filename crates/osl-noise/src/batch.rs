@@ -4,7 +4,7 @@
 //! with any other number of dimensions the output stays unchanged. A single point is a batch of one.
 
 use crate::field::{Cell, Field, Hash, Kind, Perlin, Simplex};
-use crate::float::Float;
+use crate::float::{Float, Large};
 use crate::number::Dual;
 use crate::range::Range;
 use crate::unroll::array;
@@ -138,7 +138,7 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             let n = n.min(out.len());
             let (c, out): ([&[T]; D], _) = (cut(coords, 0, n), &mut out[..n]);
             if F::HAS_PERIODS && periodic {
-                return T::dispatch(isa, OnePeriodic { field, c, p: cut(periods, 0, n), out });
+                return T::dispatch_large(isa, OnePeriodic { field, c, p: cut(periods, 0, n), out });
             }
             let done = field.shared(isa, c, out);
             T::dispatch(isa, One { field, c: c.map(|c| &c[done..]), out: &mut out[done..] });
@@ -148,7 +148,7 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             let c: [&[T]; D] = cut(coords, 0, n);
             let out = [&mut x[..n], &mut y[..n], &mut z[..n]];
             if F::HAS_PERIODS && periodic {
-                return T::dispatch(isa, ThreePeriodic { field, c, p: cut(periods, 0, n), out });
+                return T::dispatch_large(isa, ThreePeriodic { field, c, p: cut(periods, 0, n), out });
             }
             T::dispatch(isa, Three { field, c, out });
         }
@@ -165,7 +165,7 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
                 );
             }
             let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
-            T::dispatch(isa, OneDual { field, c, p, out: [&mut v[..n], &mut dx[..n], &mut dy[..n]] });
+            T::dispatch_large(isa, OneDual { field, c, p, out: [&mut v[..n], &mut dx[..n], &mut dy[..n]] });
         }
         Out::Duals(out) => {
             let n = out.iter().fold(n, |n, o| n.min(o.len()));
@@ -178,11 +178,8 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
                 return by_form::<T, F, D>(isa, field, Call { kind, coords, periods, out });
             }
             let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
-            let nine = ThreeDual { field, c, out, n };
-            let left = if p.is_none() { T::dispatch_nine(isa, nine) } else { Some(nine) };
-            if let Some(nine) = left {
-                nine.lane_by_lane(p);
-            }
+            let nine = ThreeDual { field, c, p, out, n };
+            if p.is_none() { T::dispatch_nine(isa, nine) } else { nine.lane_by_lane() }
         }
     }
 }
@@ -315,6 +312,8 @@ impl<T: Float, F: Field, const D: usize> Kernel for OneDual<'_, T, F, D> {
 struct ThreeDual<'a, T, F, const D: usize> {
     field: F,
     c: Duals<'a, T, D>,
+    /// Only used a lane at a time.
+    p: Option<[&'a [T]; D]>,
     out: [&'a mut [T]; 9],
     n: usize,
 }
@@ -327,7 +326,7 @@ impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let ThreeDual { field, c, mut out, n } = self;
+        let ThreeDual { field, c, p: _, mut out, n } = self;
         let mut piece = [[T::lit(0.0); PIECE]; 9];
         for start in (0..n).step_by(PIECE) {
             let lanes = start..start + PIECE.min(n - start);
@@ -345,21 +344,58 @@ impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
     }
 }
 
-impl<T: Float, F: Field, const D: usize> ThreeDual<'_, T, F, D> {
-    /// The results a lane at a time, for double precision, which is a reference, and for periods. Vectors
-    /// would take the compiler longer than they save, and so would this code for each instruction set.
-    #[inline(never)]
-    fn lane_by_lane(self, p: Option<[&[T]; D]>) {
-        let ThreeDual { field, c, mut out, n } = self;
-        for i in 0..n {
-            let periods = p.map(
-                #[inline(always)]
-                |p| at(p, i),
-            );
-            for (lanes, value) in out.iter_mut().zip(flat(field.three_dual(c.at(i), periods))) {
-                lanes[i] = value;
-            }
+// A lane at a time, for machines without AVX2, for periods of nine results, and for nine results in double
+// precision. Vectors would take the compiler longer than they save.
+
+impl<T: Float, F: Field, const D: usize> Large for OnePeriodic<'_, T, F, D> {
+    fn lane_by_lane(self) {
+        let OnePeriodic { field, c, p, out } = self;
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = apart(|| field.one_periodic(at(c, i), at(p, i)));
         }
+    }
+}
+
+impl<T: Float, F: Field, const D: usize> Large for ThreePeriodic<'_, T, F, D> {
+    fn lane_by_lane(self) {
+        let ThreePeriodic { field, c, p, mut out } = self;
+        for i in 0..out[0].len() {
+            let values = apart(|| field.three_periodic(at(c, i), at(p, i)));
+            store(&mut out, i, values);
+        }
+    }
+}
+
+impl<T: Float, F: Field, const D: usize> Large for OneDual<'_, T, F, D> {
+    fn lane_by_lane(self) {
+        let OneDual { field, c, p, mut out } = self;
+        for i in 0..out[0].len() {
+            let d = apart(|| field.one_dual(c.at(i), p.filter(|_| F::HAS_PERIODS).map(|p| at(p, i))));
+            store(&mut out, i, [d.v, d.dx, d.dy]);
+        }
+    }
+}
+
+impl<T: Float, F: Field, const D: usize> Large for ThreeDual<'_, T, F, D> {
+    fn lane_by_lane(self) {
+        let ThreeDual { field, c, p, mut out, n } = self;
+        for i in 0..n {
+            let values = flat(apart(|| field.three_dual(c.at(i), p.map(|p| at(p, i)))));
+            store(&mut out, i, values);
+        }
+    }
+}
+
+/// Does something in a function of its own, so that a loop over lanes stays one.
+#[inline(never)]
+fn apart<R>(f: impl FnOnce() -> R) -> R {
+    f()
+}
+
+/// Stores the results of one lane.
+fn store<T, const N: usize>(out: &mut [&mut [T]; N], lane: usize, values: [T; N]) {
+    for (lanes, value) in out.iter_mut().zip(values) {
+        lanes[lane] = value;
     }
 }
 

@@ -10,6 +10,12 @@ use osl_simd::{Isa, Kernel};
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+/// A kernel whose vectors take much code.
+pub trait Large: Kernel<Output = ()> {
+    /// Does the same work a lane at a time.
+    fn lane_by_lane(self);
+}
+
 /// The arithmetic of a field.
 pub trait Float:
     Copy
@@ -50,9 +56,12 @@ pub trait Float:
     fn nan_of(x: Self, period: Self) -> Self;
     /// Runs a kernel with the instruction set, or with the baseline if it is not compiled for that one.
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K);
-    /// Runs a kernel that computes nine results in vectors. If this precision has no vectors for them, the
-    /// kernel is returned and has not run.
-    fn dispatch_nine<K: Kernel<Output = ()>>(isa: Isa, kernel: K) -> Option<K>;
+    /// Runs a large kernel: as [`dispatch`](Float::dispatch), but a lane at a time with the baseline of
+    /// x86-64 in single precision.
+    fn dispatch_large<K: Large>(isa: Isa, kernel: K);
+    /// Runs a kernel that computes nine results: a large kernel that double precision, which is a reference,
+    /// always runs a lane at a time.
+    fn dispatch_nine<K: Large>(isa: Isa, kernel: K);
     /// Coordinates and results, if they are in single precision.
     fn singles<'a, const D: usize>(
         coords: [&'a [Self]; D],
@@ -113,9 +122,13 @@ impl Float for f32 {
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
         isa.dispatch(kernel);
     }
-    fn dispatch_nine<K: Kernel<Output = ()>>(isa: Isa, kernel: K) -> Option<K> {
-        isa.dispatch(kernel);
-        None
+    fn dispatch_large<K: Large>(isa: Isa, kernel: K) {
+        if let Err(kernel) = isa.dispatch_if_wide(kernel) {
+            kernel.lane_by_lane();
+        }
+    }
+    fn dispatch_nine<K: Large>(isa: Isa, kernel: K) {
+        Self::dispatch_large(isa, kernel);
     }
     #[inline(always)]
     fn singles<'a, const D: usize>(
@@ -187,8 +200,11 @@ impl Float for f64 {
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
         isa.dispatch_widest(kernel);
     }
-    fn dispatch_nine<K: Kernel<Output = ()>>(_: Isa, kernel: K) -> Option<K> {
-        Some(kernel)
+    fn dispatch_large<K: Large>(isa: Isa, kernel: K) {
+        Self::dispatch(isa, kernel);
+    }
+    fn dispatch_nine<K: Large>(_: Isa, kernel: K) {
+        kernel.lane_by_lane();
     }
     #[inline(always)]
     fn singles<'a, const D: usize>(

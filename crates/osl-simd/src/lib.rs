@@ -178,6 +178,30 @@ impl Isa {
         }
     }
 
+    /// Runs the kernel as compiled for this instruction set, except for the baseline of x86-64, for which
+    /// large kernels would take much code that few machines run: then it returns the kernel, which has not run.
+    ///
+    /// # Errors
+    /// The kernel, on a machine without wider registers.
+    #[inline]
+    pub fn dispatch_if_wide<K: Kernel>(self, kernel: K) -> Result<K::Output, K> {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Level::Baseline => Err(kernel),
+            #[cfg(not(target_arch = "x86_64"))]
+            Level::Baseline => Ok(run_baseline(kernel)),
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => Ok(run_baseline(kernel)),
+            // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
+            // function is compiled for.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => Ok(unsafe { run_avx2(kernel) }),
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => Ok(unsafe { run_avx512(kernel) }),
+        }
+    }
+
     /// Runs a kernel with fused multiply-add if this instruction set has it, as for AVX2 if it is AVX-512.
     /// Otherwise runs the plain kernel, as compiled for the baseline.
     #[inline]

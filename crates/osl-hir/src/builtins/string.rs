@@ -144,7 +144,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .extremes(
         "Without a match, every element of `results` is the length of the pattern; so are the \
          elements of groups that are not part of the match. A pattern that cannot be read is a \
-         run-time error and matches nothing.",
+         run-time error and matches nothing. Pattern and subject are bytes: a character beyond ASCII is \
+         two to four of them, and is in none of `\\w`, `\\d` and `\\s`.",
     )
     .example("int at[2]; int found = regex_search(\"wood07\", at, \"[0-9]+\");"),
     Builtin::compose(
@@ -159,7 +160,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .extremes(
         "Without a match, every element of `results` is the length of the pattern; so are the \
          elements of groups that are not part of the match. A pattern that cannot be read is a \
-         run-time error and matches nothing.",
+         run-time error and matches nothing. Pattern and subject are bytes: a character beyond ASCII is \
+         two to four of them, and is in none of `\\w`, `\\d` and `\\s`.",
     )
     .example("int all = regex_match(\"wood07\", \"[a-z]+[0-9]+\");"),
 ];

@@ -4,6 +4,7 @@
 //! leaves a replacement character. Sources: OSL language specification, chapters on strings and on printing.
 //! This module must not know lanes, files or terminals.
 
+mod ecmascript;
 mod format;
 mod hash;
 mod number;

@@ -1,11 +1,14 @@
 //! Regular expressions for `regex_search` and `regex_match`.
 //!
-//! The reference uses the ECMAScript grammar; here it is that of the `fancy-regex` crate, which agrees on
-//! everything that shaders use (classes, groups, repetition, anchors, look-around, back-references) and
-//! bounds the cost of a match: one that would backtrack endlessly counts as no match. The cost of a search is
-//! known before it runs, see [`Pattern::cost`].
+//! The reference uses the ECMAScript grammar of C++; here the `fancy-regex` crate searches, for patterns that
+//! are translated to its grammar. It bounds the cost of a match: one that would backtrack endlessly counts as
+//! no match. The cost of a search is known before it runs, see [`Pattern::cost`].
+//!
+//! As in the reference, a pattern and the string that it searches are bytes: `.` matches one byte, and `\w`,
+//! `\d` and `\s` know ASCII only. A character beyond ASCII is the two to four bytes of its UTF-8 form.
 
-use fancy_regex::{Regex, RegexBuilder};
+use super::ecmascript::translated;
+use fancy_regex::{BytesMode, Regex, RegexBuilder};
 use osl_limits::Running;
 use std::cell::RefCell;
 
@@ -15,7 +18,7 @@ const SHARES: [usize; 3] = [64, 8, 1];
 const PLACE: u64 = 256;
 /// Bytes of a string that a position processes in one counted step.
 const BYTES_A_STEP: u64 = 16;
-/// Steps for compiling a class of characters: the classes of Unicode have hundreds of ranges.
+/// Steps for compiling a class of characters.
 const CLASS: u64 = 5000;
 /// Steps of any search, whatever it searches.
 const SEARCH: u64 = 10;
@@ -71,8 +74,9 @@ impl Pattern {
             if last.compiled.is_none() || last.text != text || last.limits != known {
                 last.compiled = SHARES.into_iter().find_map(|share| {
                     let size = bytes / share;
-                    let mut builder = RegexBuilder::new(text);
-                    let regex = builder.backtrack_limit(most).delegate_size_limit(size).build().ok()?;
+                    let mut builder = RegexBuilder::new(&translated(text));
+                    builder.bytes_mode(BytesMode::Ascii).backtrack_limit(most).delegate_size_limit(size);
+                    let regex = builder.build().ok()?;
                     let retries = if retries(pattern) { known.1 } else { 0 };
                     Some(Pattern { regex, size, retries })
                 });
@@ -100,7 +104,7 @@ impl Pattern {
 
     /// Its first match.
     pub fn find(&self, s: &str) -> Option<Groups> {
-        let found = self.regex.captures(s).ok()??;
+        let found = self.regex.captures(s.as_bytes()).ok()??;
         Some(found.iter().map(|group| group.map(|g| (g.start(), g.end()))).collect())
     }
 
@@ -110,15 +114,16 @@ impl Pattern {
     }
 }
 
-/// Whether a search for a pattern may backtrack: it has look-around, back-references, or the like.
+/// Whether a search for a pattern may backtrack: it has look-around, back-references, bytes beyond ASCII, or
+/// the like.
 fn retries(pattern: &str) -> bool {
     let pairs = |pair: &[u8]| match pair {
-        [b'\\', next] => next.is_ascii_digit() || b"kgKGzZ".contains(next),
+        [b'\\', next] => next.is_ascii_digit(),
         [b'(', b'?'] => true,
         [b'*' | b'+' | b'?' | b'}', b'+'] => true,
         _ => false,
     };
-    pattern.as_bytes().windows(2).any(pairs)
+    !pattern.is_ascii() || pattern.as_bytes().windows(2).any(pairs)
 }
 
 #[cfg(test)]
@@ -142,6 +147,54 @@ mod tests {
         assert_eq!(find("x", "("), Err(()));
     }
 
+    /// What `std::regex_search` of C++ finds (GCC 12, libstdc++).
+    #[test]
+    fn searches_as_cpp_does() {
+        const CASES: &[(&str, &str, Option<(usize, usize)>)] = &[
+            ("aé", ".", Some((0, 1))),
+            ("é", "^..", Some((0, 2))),
+            ("é", "\\w", None),
+            ("é", "\\W", Some((0, 1))),
+            ("\u{663}", "\\d", None),
+            ("cafés", "é", Some((3, 5))),
+            ("é", "[é]", Some((0, 1))),
+            ("è", "[é]", Some((0, 1))),
+            ("aé)", "é+\\)", Some((1, 4))),
+            ("é", "\\é", Some((0, 2))),
+            ("\\é", "\\\\é", Some((0, 3))),
+            ("é", "\\pL", None),
+            ("\r", ".", None),
+            ("a\nb", "a$", None),
+            ("a\nb", "^b", None),
+            ("]", "[]]", None),
+            ("a]", "[]a]", None),
+            ("a", "[^]", Some((0, 1))),
+            ("x-y", "[x-]", Some((0, 1))),
+            ("aa", "(?:a)(?=a)", Some((0, 1))),
+            ("\u{b}", "\\s", Some((0, 1))),
+            ("a b", "\\bb", Some((2, 3))),
+            ("A", "[[:upper:]]", Some((0, 1))),
+            ("a", "\\Aa", None),
+            ("a1", "\\x31", Some((1, 2))),
+            ("a", "\\u0061", Some((0, 1))),
+            ("abab", "(ab)*\\1", Some((0, 4))),
+            ("aaa", "a{2}?", Some((0, 2))),
+            ("q", "\\q", Some((0, 1))),
+            ("-", "\\-", Some((0, 1))),
+            ("_", "\\_", Some((0, 1))),
+            ("a/b", "\\/", Some((1, 2))),
+            ("[", "[[]", Some((0, 1))),
+            ("&", "[a&&b]", Some((0, 1))),
+            ("~", "[~]", Some((0, 1))),
+            ("A", "\\cA", Some((0, 1))),
+        ];
+        for &(s, pattern, expected) in CASES {
+            let found = find(s, pattern).map(|groups| groups.and_then(|groups| groups[0]));
+            assert_eq!(found, Ok(expected), "{pattern} in {s}");
+        }
+        assert_eq!(find("a", "[b-a]"), Err(()));
+    }
+
     #[test]
     fn endless_backtracking_ends() {
         assert_eq!(find(&"a".repeat(40), "^(a|aa|a*)*\\1b$"), Ok(None));
@@ -153,7 +206,7 @@ mod tests {
             Pattern::with(pattern, false, &Running::default(), |p| p.cost(bytes)).unwrap_or(0)
         };
         assert!(cost("a+b", 10) < 100);
-        assert!(cost("\\pL{1,20}", 1000) > 4 * cost("a+b", 1000));
+        assert!(cost("(?:[a-z]{1,20}x){1,20}", 1000) > 4 * cost("a+b", 1000));
         assert!(cost("(a)\\1", 10) > 4000);
         assert!(cost("a+b", 1 << 20) > 1 << 20);
     }
