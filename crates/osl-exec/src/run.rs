@@ -264,7 +264,10 @@ impl<'a> Run<'a> {
                 // Not by the number of threads: what a point is charged depends on its batch.
                 let (period, rows) = (blocks.period(), points.len().div_ceil(blocks.period()));
                 let wanted = TILES.div_ceil(rows.max(1)).max(period.div_ceil(MOST));
-                let apart = wanted.min(period / batch.max(LEAST));
+                // Closures are kept in rows; freeing them takes longer if they are not also made in rows.
+                let in_rows =
+                    options.closures && self.program.outputs.iter().any(|o| o.kind == Kind::Closure);
+                let apart = if in_rows { 1 } else { wanted.min(period / batch.max(LEAST)) };
                 blocks.areas(points, size, apart)
             }
             None => order::areas(points, size),

@@ -179,7 +179,8 @@ impl Isa {
     }
 
     /// Runs the kernel as compiled for this instruction set, except for the baseline of x86-64, for which
-    /// large kernels would take much code that few machines run: then it returns the kernel, which has not run.
+    /// large kernels would take much code that few machines run. Then it returns the kernel, which has not
+    /// run.
     ///
     /// # Errors
     /// The kernel, on a machine without wider registers.
