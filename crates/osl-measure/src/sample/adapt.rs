@@ -100,14 +100,17 @@ impl<'a> Refiner<'a> {
     /// Removes the pixels that have enough samples from the active list; `enough` gets a pixel's slot and its
     /// error. Pixels with a NaN error are removed too, since more samples cannot help.
     pub(super) fn settle(&mut self, enough: impl Fn(usize, f32) -> bool) {
-        let active = std::mem::take(&mut self.active);
-        self.active = active
-            .into_iter()
-            .filter(|slot| {
-                let error = self.error(*slot);
-                error.is_finite() && !enough(*slot, error)
-            })
-            .collect();
+        self.settle_by(|_, slot, error| enough(slot, error));
+    }
+
+    /// The same for a decision that needs more of the pixel than its error.
+    pub(super) fn settle_by(&mut self, enough: impl Fn(&Refiner<'a>, usize, f32) -> bool) {
+        let mut active = std::mem::take(&mut self.active);
+        active.retain(|slot| {
+            let error = self.error(*slot);
+            error.is_finite() && !enough(self, *slot, error)
+        });
+        self.active = active;
     }
 
     /// The pattern of the samples, as long as it was needed.

@@ -71,50 +71,87 @@ fn value(word: u32, kind: Kind) -> f32 {
     if kind == Kind::Int { word as i32 as f32 } else { f32::from_bits(word) }
 }
 
-/// Up to this many sample values fit on the stack.
-const SMALL: usize = 64;
+/// Up to this many sample values fit on the stack: a short array, which is quickly cleared, and a long one.
+const FEW: usize = 8;
+const MANY: usize = 64;
 
-/// The variance of the samples of a block. It is taken from the later half of samples 0..n, because the two
-/// halves are complete patterns, as the rounds that double the sample count are. With up to four samples, all
-/// are used.
+/// Which samples of pixels show their variance: the later half of samples 0..n, because the two halves are
+/// complete patterns, as the rounds that double the sample count are. With up to four samples, all are used.
+pub(super) struct Shown<'a> {
+    pattern: &'a Pattern,
+    /// The first of them, among the words of a pixel.
+    first: usize,
+    level: u32,
+    second: bool,
+}
+
+impl<'a> Shown<'a> {
+    /// `None` if these samples show no variance.
+    pub(super) fn new(pattern: &'a Pattern, samples: &Range<u32>) -> Option<Shown<'a>> {
+        let end = samples.end as usize;
+        if !end.is_power_of_two() || end == 1 {
+            return None;
+        }
+        let from = if samples.start == 0 && end <= 4 { 0 } else { end / 2 };
+        let first = from.saturating_sub(samples.start as usize);
+        Some(Shown { pattern, first, level: (end - from).trailing_zeros(), second: from > 0 })
+    }
+
+    /// The order of a pixel's samples, which is the same for all its planes.
+    pub(super) fn order(&self, pixel: u32) -> &'a [u32] {
+        self.pattern.order(pixel, self.level, self.second)
+    }
+}
+
+/// The variance of the samples of a block, in the order of its pixel.
 pub(super) fn variance(
     block: &Block,
-    words: &[u32],
-    signs: &[f32],
-    (kind, pattern, pixel, samples): (Kind, &Pattern, u32, &Range<u32>),
+    (words, kind, signs): (&[u32], Kind, &[f32]),
+    (shown, order): (&Shown<'_>, &[u32]),
 ) -> f32 {
     if !block.sum.is_finite() {
         return f32::NAN;
     }
-    let end = samples.end as usize;
-    if !end.is_power_of_two() || end == 1 {
-        return 0.0;
-    }
-    let from = if samples.start == 0 && end <= 4 { 0 } else { end / 2 };
-    let first = from.saturating_sub(samples.start as usize);
-    let level = (end - from).trailing_zeros();
-    let order = pattern.order(pixel, level, from > 0);
     let at = |i: usize| {
         let x = words.get(i).map_or(0.0, |word| value(*word, kind));
         signs.get(i).map_or(x, |sign| x * sign)
     };
-    let mut small = [0.0; SMALL];
+    let scale = if signs.is_empty() { 1.0 } else { words.len() as f64 / block.weight };
+    let scale = (scale * scale) as f32;
+    let mut few = [0.0; FEW];
+    let mut many = [0.0; MANY];
     let mut large = Vec::new();
-    let cells = match small.get_mut(..order.len()) {
-        Some(cells) => cells,
-        None => {
-            large.resize(order.len(), 0.0);
-            &mut large[..]
+    let cells = match order.len() {
+        length if length <= FEW => few.get_mut(..length),
+        length if length <= MANY => many.get_mut(..length),
+        length => {
+            large.resize(length, 0.0);
+            Some(&mut large[..])
         }
     };
-    cells.iter_mut().zip(order).for_each(|(cell, i)| *cell = at(first + *i as usize));
-    let scale = if signs.is_empty() { 1.0 } else { words.len() as f64 / block.weight };
-    within(level, cells) * (scale * scale) as f32
+    let Some(cells) = cells else { return 0.0 };
+    cells.iter_mut().zip(order).for_each(|(cell, i)| *cell = at(shown.first + *i as usize));
+    within(shown.level, cells) * scale
 }
 
 /// The variance within rectangles, assumed equal along both axes.
 fn within(level: u32, cells: &[f32]) -> f32 {
-    let (columns, rows) = Pattern::rectangles(level);
+    // Loops over few cells are unrolled if their lengths are known.
+    match level {
+        1 => within_of(2, 1, cells),
+        2 => within_of(2, 2, cells),
+        3 => within_of(4, 2, cells),
+        4 => within_of(4, 4, cells),
+        _ => {
+            let (columns, rows) = Pattern::rectangles(level);
+            within_of(columns, rows, cells)
+        }
+    }
+}
+
+#[inline(always)]
+fn within_of(columns: usize, rows: usize, cells: &[f32]) -> f32 {
+    let Some(cells) = cells.get(..columns * rows) else { return 0.0 };
     let across = along(rows, columns, |y, x| cells[y * columns + x]);
     let down = along(columns, rows, |x, y| cells[y * columns + x]);
     match (across, down) {
@@ -125,6 +162,7 @@ fn within(level: u32, cells: &[f32]) -> f32 {
 
 /// The mean square deviation of values from the line through their neighbours, so that a linear gradient does
 /// not count. With only two values, the deviation from each other.
+#[inline(always)]
 fn along(lines: usize, length: usize, at: impl Fn(usize, usize) -> f32) -> Option<f32> {
     let mut total = 0.0;
     match length {
@@ -158,8 +196,9 @@ mod tests {
 
     fn with_variance(words: &[u32], pattern: &Pattern, pixel: u32) -> Block {
         let found = block(words, Kind::Float, &[]);
-        let how = (Kind::Float, pattern, pixel, &(0..words.len() as u32));
-        Block { variance: variance(&found, words, &[], how), ..found }
+        let shown = Shown::new(pattern, &(0..words.len() as u32)).expect("a power of two");
+        let order = shown.order(pixel);
+        Block { variance: variance(&found, (words, Kind::Float, &[]), (&shown, order)), ..found }
     }
 
     /// Root mean square of the true and the estimated errors over many pixels.

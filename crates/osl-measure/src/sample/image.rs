@@ -1,6 +1,6 @@
 //! The inputs of an image, and images with the same number of samples in every pixel.
 
-use super::error::{Block, block, variance};
+use super::error::{Block, Shown, block, variance};
 use super::filter::Filter;
 use super::guard::Guard;
 use super::pattern::Pattern;
@@ -254,15 +254,17 @@ impl<'a> Shading<'a> {
         batch.said.add(frame, &self.options.limits.running);
         batch.blocks.resize(planes.len(), Vec::new());
         let signs = self.signs(pixels, samples.clone());
+        let shown = if estimate { Shown::new(&self.pattern, &samples) } else { None };
+        let orders: Vec<&[u32]> = shown.as_ref().map_or_else(Vec::new, |shown| {
+            let number = |pixel: &u32| self.surface.pixel(*pixel as usize) as u32;
+            pixels.iter().map(|pixel| shown.order(number(pixel))).collect()
+        });
         for (plane, blocks) in planes.iter().zip(&mut batch.blocks) {
             let one = |(at, words): (usize, &[u32])| {
-                let pixel = pixels.get(at).copied().unwrap_or(0);
                 let signs = signs.get(at * each..).unwrap_or(&[]);
                 let mut block = block(words, plane.kind, signs);
-                if estimate {
-                    let number = self.surface.pixel(pixel as usize) as u32;
-                    block.variance =
-                        variance(&block, words, signs, (plane.kind, &self.pattern, number, &samples));
+                if let (Some(shown), Some(order)) = (&shown, orders.get(at)) {
+                    block.variance = variance(&block, (words, plane.kind, signs), (shown, order));
                 }
                 block
             };

@@ -84,6 +84,17 @@ pub(super) fn stretched(
     rows: &Range<usize>,
 ) -> Vec<f32> {
     let mut values = vec![0.0; rows.len() * width];
+    stretch(known, (columns, lines), rows, (&mut values, width));
+    values
+}
+
+/// The same into the values of the rows, which are all replaced.
+pub(super) fn stretch(
+    known: &[f32],
+    (columns, lines): (&[usize], &[usize]),
+    rows: &Range<usize>,
+    (values, width): (&mut [f32], usize),
+) {
     let shares: Vec<f32> = (0..width).map(|x| between(columns, x).1).collect();
     // The pixels from each column to the next.
     let next = columns.iter().skip(1).copied().chain([width]);
@@ -103,7 +114,6 @@ pub(super) fn stretched(
         }
     };
     values.par_chunks_mut(width.max(1)).with_min_len(32).enumerate().for_each(fill);
-    values
 }
 
 /// The last tick at or before a position, and the fraction of the way to the next tick.

@@ -1,9 +1,9 @@
 //! Pixels on a lattice: computing them, interpolating between them, and accepting the interpolated pixels.
 
 use super::curvature::Curvatures;
-use super::policy::{COARSE, WHOLE};
+use super::policy::{COARSE, WHOLE, WIDEST};
 use super::{Work, above, count};
-use crate::sample::rate::{mix, stretched, ticks};
+use crate::sample::rate::{mix, stretch, stretched, ticks};
 use osl_exec::RunError;
 
 /// A curvature above this multiple of the limit marks an edge.
@@ -57,16 +57,22 @@ impl Work<'_, '_> {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, steps[0]), ticks(rows.clone(), steps[1]));
         let known = &self.known;
+        // At the pixels of the lattice, the interpolated value is the computed one.
+        let has_others = count(known) > columns.len() * lines.len();
         for values in &mut self.values {
             let corners: Vec<f32> = lines
                 .iter()
                 .flat_map(|y| columns.iter().map(|x| (*y, *x)))
                 .map(|(y, x)| values[y * width + x])
                 .collect();
-            let mut filled = stretched(&corners, &columns, &lines, width, &rows);
-            let pixels = filled.iter_mut().zip(values.iter()).zip(known);
-            pixels.filter(|(_, known)| **known).for_each(|((filled, value), _)| *filled = *value);
-            *values = filled;
+            if !has_others {
+                stretch(&corners, (&columns, &lines), &rows, (values, width));
+            } else {
+                let mut filled = stretched(&corners, &columns, &lines, width, &rows);
+                let pixels = filled.iter_mut().zip(values.iter()).zip(known);
+                pixels.filter(|(_, known)| **known).for_each(|((filled, value), _)| *filled = *value);
+                *values = filled;
+            }
         }
         self.filled = Some(steps);
     }
@@ -90,16 +96,39 @@ impl Work<'_, '_> {
         self.grid([step; 2])
     }
 
+    /// Computes every second column, and the last one.
+    pub(super) fn every_second_column(&mut self) -> Result<(), RunError> {
+        let missing = self.missing([2, 1]);
+        self.compute(missing)
+    }
+
+    /// Interpolates the pixels around one that are between the columns that were computed.
+    pub(super) fn between_columns(&mut self, pixel: usize) {
+        let reach = (WIDEST / 2.0) as usize + 1;
+        let (x, y) = (pixel % self.width, pixel / self.width);
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(self.width);
+        for y in y.saturating_sub(reach)..(y + reach + 1).min(self.height) {
+            for at in columns.clone().map(|x| y * self.width + x).filter(|at| !self.known[*at]) {
+                self.values.iter_mut().for_each(|plane| plane[at] = mix(plane[at - 1], plane[at + 1], 0.5));
+            }
+        }
+    }
+
     /// Computes every second column and interpolates the others.
     pub(super) fn columns(&mut self) -> Result<(), RunError> {
         self.grid([2, 1])
     }
 
+    /// The pixels of a lattice that were not computed yet.
+    fn missing(&self, steps: [usize; 2]) -> Vec<usize> {
+        let width = self.width;
+        let (columns, lines) = (ticks(0..width, steps[0]), ticks(0..self.height, steps[1]));
+        let all = lines.iter().flat_map(|y| columns.iter().map(move |x| y * width + x));
+        all.filter(|pixel| !self.known[*pixel]).collect()
+    }
+
     fn grid(&mut self, steps: [usize; 2]) -> Result<(), RunError> {
-        let (width, rows) = (self.width, 0..self.height);
-        let (columns, lines) = (ticks(0..width, steps[0]), ticks(rows.clone(), steps[1]));
-        let all = || lines.iter().flat_map(|y| columns.iter().map(move |x| y * width + x));
-        let missing: Vec<usize> = all().filter(|pixel| !self.known[*pixel]).collect();
+        let missing = self.missing(steps);
         if missing.is_empty() && self.filled == Some(steps) {
             return Ok(());
         }

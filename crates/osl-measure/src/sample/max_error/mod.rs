@@ -28,6 +28,7 @@ use super::adapt::{Refiner, power_below};
 use super::bounds::{Weights, weighted};
 use super::image::{Cheaper, Image, Shading, not_finite};
 use super::operations::nanoseconds;
+use curvature::Curvatures;
 use learn::Steps;
 use osl_exec::{Frame, RunError};
 use pilot::estimate;
@@ -83,7 +84,7 @@ pub fn max_error_each(
         values: Vec::new(),
         known: vec![false; rows.len() * width],
         filled: None,
-        plain: Vec::new(),
+        samples: Vec::new(),
         evaluations: 0,
         unfinished: 0,
         above: 0.0,
@@ -125,8 +126,8 @@ struct Work<'s, 'a> {
     /// The steps of the lattice in which all pixels were interpolated last, 0 for several lattices; `None` as
     /// long as they were not.
     filled: Option<[usize; 2]>,
-    /// The samples of pixels that all have the same number; empty without such pixels.
-    plain: Vec<u32>,
+    /// The samples of each pixel that has any, 0 for the others; empty as long as none has.
+    samples: Vec<u32>,
     evaluations: u64,
     /// Pixels that need more samples than the maximum.
     unfinished: u64,
@@ -147,8 +148,8 @@ impl<'a> Work<'_, 'a> {
         }
         // Nothing needs the values of pixels between those of the lattice before.
         self.fill();
-        let refined = self.sample(&pending, off)?;
-        Ok(self.image(refined))
+        self.sample(&pending, off)?;
+        Ok(self.image())
     }
 
     /// Settles as many pixels as lattices can. Returns how many of them may exceed the bound.
@@ -253,8 +254,9 @@ impl<'a> Work<'_, 'a> {
     fn try_some(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
-        let needed = probes.stencils(self, &some, step);
-        self.centres(&needed)?;
+        let mut needed = probes.stencils(self, &some, step);
+        needed.retain(|pixel| !self.known[*pixel]);
+        self.compute(needed)?;
         self.judge(probes, &some, step, |work, cell| work.curvature(cell, step))
     }
 
@@ -325,8 +327,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// The curvature of the coarsest lattice around each pixel. Pixels are numbered in the image.
-    fn guards(&self, pixels: &[u32]) -> Vec<f32> {
-        let curvatures = self.curvatures(COARSE);
+    fn guards(&self, curvatures: &Curvatures, pixels: &[u32]) -> Vec<f32> {
         let within = pixels.iter().map(|pixel| (pixel - self.first) as usize);
         within.map(|at| curvatures.at([at % self.width, at / self.width])).collect()
     }
@@ -343,42 +344,62 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
-    fn sample(&mut self, pending: &[bool], off: f32) -> Result<[Refiner<'a>; 2], RunError> {
+    fn sample(&mut self, pending: &[bool], off: f32) -> Result<(), RunError> {
         let mut pixels: Vec<u32> =
             (0..pending.len()).filter(|p| pending[*p]).map(|p| p as u32 + self.first).collect();
         if pixels.is_empty() {
-            return Ok([Refiner::new(self.shading, Vec::new()), Refiner::new(self.shading, Vec::new())]);
+            return Ok(());
         }
         let allowed = (ALLOWED * pending.len() as f32 - off).max(0.0) / pixels.len() as f32;
         self.measure_costs(&pixels)?;
-        let (pilot, steps) = self.pilot(&pixels, allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW))?;
+        let curvatures = self.curvatures(COARSE);
+        let allowed = allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW);
+        let (pilot, steps) = self.pilot(&curvatures, &pixels, allowed)?;
         self.sampled.pattern = pilot.pattern().clone();
-        let ahead = pilot.pixels();
         let mut is_ahead = vec![false; pending.len()];
-        ahead.iter().for_each(|pixel| is_ahead[(pixel - self.first) as usize] = true);
+        pilot.pixels().iter().for_each(|pixel| is_ahead[(pixel - self.first) as usize] = true);
         pixels.retain(|pixel| !is_ahead[(pixel - self.first) as usize]);
-        if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
-            let others = self.plain(pixels, *samples, steps.power)?;
-            return Ok([pilot, others]);
-        }
-        let guards = self.guards(&pixels);
         if steps.short {
-            let share = f64::from(steps.failed) / ahead.len().max(1) as f64;
-            self.above = share * (ahead.len() + pixels.len()) as f64 + f64::from(off);
+            let ahead = pilot.pixels().len();
+            let share = f64::from(steps.failed) / ahead.max(1) as f64;
+            self.above = share * (ahead + pixels.len()) as f64 + f64::from(off);
         }
-        let mut others = Refiner::new(&self.sampled, pixels).with(&self.weights);
-        self.follow(&mut others, &guards, &steps)?;
-        Ok([pilot, others])
+        self.take(pilot);
+        if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
+            return self.plain(pixels, *samples, steps.power);
+        }
+        for pixels in pixels.chunks(TOGETHER) {
+            let guards = self.guards(&curvatures, pixels);
+            let mut some = Refiner::new(&self.sampled, pixels.to_vec()).with(&self.weights);
+            self.follow(&mut some, &guards, &steps)?;
+            // The last look may have extended the pattern.
+            self.sampled.pattern = some.pattern().clone();
+            self.take(some);
+        }
+        Ok(())
+    }
+
+    /// Takes over the pixels of a refiner, with their means.
+    fn take(&mut self, refiner: Refiner<'a>) {
+        self.samples.resize(self.known.len(), 0);
+        for (plane, means) in self.values.iter_mut().zip(refiner.means()) {
+            let pixels = refiner.pixels().iter().zip(means);
+            pixels.for_each(|(pixel, mean)| plane[(pixel - self.first) as usize] = mean);
+        }
+        let pixels = refiner.pixels().iter().zip(&refiner.each);
+        pixels.for_each(|(pixel, each)| self.samples[(pixel - self.first) as usize] = *each);
+        self.evaluations += refiner.evaluations;
+        self.said.add(refiner.said, &self.shading.options.limits.running);
     }
 
     /// Takes the same number of samples in all pixels, and more in those that the later half of them moved
-    /// too far. Returns these.
-    fn plain(&mut self, pixels: Vec<u32>, samples: u32, power: f32) -> Result<Refiner<'a>, RunError> {
+    /// too far.
+    fn plain(&mut self, pixels: Vec<u32>, samples: u32, power: f32) -> Result<(), RunError> {
         self.sampled.pattern = self.sampled.pattern.clone().with(samples);
         let [means, moves] = self.sampled.halves(&pixels, samples, &mut self.said)?;
         self.evaluations += u64::from(samples) * pixels.len() as u64;
         let limit = last_limit(self.wanted.error, power);
-        self.plain.resize(self.known.len(), 0);
+        self.samples.resize(self.known.len(), 0);
         let mut again = Vec::new();
         for (at, pixel) in pixels.iter().enumerate() {
             let planes = moves.iter().zip(self.weights.iter());
@@ -387,22 +408,20 @@ impl<'a> Work<'_, 'a> {
             }
             let place = (pixel - self.first) as usize;
             self.values.iter_mut().zip(&means).for_each(|(plane, means)| plane[place] = means[at]);
-            self.plain[place] = samples;
+            self.samples[place] = samples;
         }
         let mut again = Refiner::new(&self.sampled, again).with(&self.weights);
         if !again.active.is_empty() && 2 * samples <= self.wanted.most {
             again.round(samples, false)?;
             again.round(2 * samples, false)?;
             self.last_look(&mut again, power)?;
-        } else {
-            again = Refiner::new(&self.sampled, Vec::new());
+            self.take(again);
         }
-        Ok(again)
+        Ok(())
     }
 
     /// Samples pixels with the limits that the pilot found.
     fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), RunError> {
-        let mut estimates = vec![0.0; guards.len()];
         for (samples, limit) in &steps.limits {
             if refiner.active.is_empty() {
                 break;
@@ -419,14 +438,12 @@ impl<'a> Work<'_, 'a> {
             refiner.round(*samples, !last || steps.short)?;
             if last && steps.short {
                 let wants = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
-                self.unfinished = refiner.active.iter().filter(wants).count() as u64;
+                self.unfinished += refiner.active.iter().filter(wants).count() as u64;
             }
             if !last {
-                refiner
-                    .active
-                    .iter()
-                    .for_each(|slot| estimates[*slot] = estimate(refiner, *slot, guards[*slot]));
-                refiner.settle(|slot, _| estimates[slot] <= *limit);
+                refiner.settle_by(|refiner, slot, error| {
+                    estimate(error, refiner.moved[slot], guards[slot], *samples) <= *limit
+                });
             }
         }
         if steps.short { Ok(()) } else { self.last_look(refiner, steps.power) }
@@ -445,23 +462,13 @@ impl<'a> Work<'_, 'a> {
         }
     }
 
-    fn image(&mut self, refined: [Refiner<'a>; 2]) -> Image {
+    fn image(&mut self) -> Image {
         let mut image = Image { frame: std::mem::take(&mut self.said), ..Image::default() };
+        let is_plain = self.samples.is_empty();
         let mut samples: Vec<u32> = self.known.iter().map(|known| u32::from(*known)).collect();
-        samples.iter_mut().zip(&self.plain).for_each(|(own, plain)| *own = (*own).max(*plain));
-        let is_plain = refined.iter().all(|refiner| refiner.pixels().is_empty());
-        let mut values = std::mem::take(&mut self.values);
+        samples.iter_mut().zip(&self.samples).for_each(|(own, more)| *own = (*own).max(*more));
+        let values = std::mem::take(&mut self.values);
         image.tally.evaluations = self.evaluations;
-        for refiner in refined {
-            let means = refiner.means();
-            for (slot, pixel) in refiner.pixels().iter().enumerate() {
-                let at = (pixel - self.first) as usize;
-                samples[at] = refiner.each[slot];
-                values.iter_mut().zip(&means).for_each(|(plane, means)| plane[at] = means[slot]);
-            }
-            image.tally.evaluations += refiner.evaluations;
-            image.frame.add(refiner.said, &self.shading.options.limits.running);
-        }
         image.tally.pixels = self.known.len() as u64;
         if is_plain {
             let own = count(&self.known) as u64;

@@ -3,6 +3,7 @@
 //! proportional to the cost of the image.
 
 use super::Work;
+use super::curvature::Curvatures;
 use super::learn::{Rung, Steps, clairvoyant, fixed, order, steps};
 use super::policy::*;
 use super::probe::distance;
@@ -17,7 +18,12 @@ use std::sync::Arc;
 impl<'a> Work<'_, 'a> {
     /// Chooses the pilot pixels and samples them until they show how to sample the others. `allowed` is the
     /// share of the pixels that may exceed the bound.
-    pub(super) fn pilot(&mut self, pixels: &[u32], allowed: f32) -> Result<(Refiner<'a>, Steps), RunError> {
+    pub(super) fn pilot(
+        &mut self,
+        curvatures: &Curvatures,
+        pixels: &[u32],
+        allowed: f32,
+    ) -> Result<(Refiner<'a>, Steps), RunError> {
         let (of_all, of_these, fewest) = PILOT;
         let (of_small, some) = SMALL_PILOT;
         let all = self.known.len();
@@ -25,7 +31,7 @@ impl<'a> Work<'_, 'a> {
         let wanted = wanted.min(pixels.len() / of_these).max(fewest);
         let seed = self.first ^ 0x2b07;
         let chosen = some_pixels(pixels.len(), wanted, seed).iter().map(|at| pixels[*at as usize]).collect();
-        let mut pilot = Pilot::new(self, chosen);
+        let mut pilot = Pilot::new(self, curvatures, chosen);
         let of = [pixels.len() as f32, self.known.len() as f32];
         pilot.double()?;
         loop {
@@ -89,8 +95,8 @@ struct Round {
 }
 
 impl<'a> Pilot<'a> {
-    fn new(work: &Work<'_, 'a>, pixels: Vec<u32>) -> Pilot<'a> {
-        let guards = work.guards(&pixels);
+    fn new(work: &Work<'_, 'a>, curvatures: &Curvatures, pixels: Vec<u32>) -> Pilot<'a> {
+        let guards = work.guards(curvatures, &pixels);
         let (times, fewest, most) = MIN_SAMPLES;
         let min_samples = (times * work.range() / work.wanted.error).clamp(fewest, most) as u32;
         Pilot {
@@ -110,7 +116,8 @@ impl<'a> Pilot<'a> {
         self.refiner.round(samples, true)?;
         let mut estimates = vec![f32::NAN; self.guards.len()];
         for slot in &self.refiner.active {
-            estimates[*slot] = estimate(&self.refiner, *slot, self.guards[*slot]);
+            let [error, moved] = [self.refiner.error(*slot), self.refiner.moved[*slot]];
+            estimates[*slot] = estimate(error, moved, self.guards[*slot], samples);
         }
         let order = order(&estimates);
         self.rounds.push(Round { samples, estimates, order, values: self.refiner.means() });
@@ -270,8 +277,8 @@ fn moved(from: &Round, to: &Round, slot: usize, weights: &Weights) -> f32 {
 /// The estimated error of a pixel: its standard error combined with the change by the later half of its
 /// samples, and at least the lattice's curvature divided by the sample count, for features that may hide
 /// between samples.
-pub(super) fn estimate(refiner: &Refiner<'_>, slot: usize, curvature: f32) -> f32 {
-    let [error, moved] = [refiner.error(slot), refiner.moved[slot]].map(f64::from);
+pub(super) fn estimate(error: f32, moved: f32, curvature: f32, samples: u32) -> f32 {
+    let [error, moved] = [error, moved].map(f64::from);
     let error = (error * error + moved * moved).sqrt() as f32;
-    if curvature.is_finite() { error.max(curvature / refiner.samples as f32) } else { error }
+    if curvature.is_finite() { error.max(curvature / samples as f32) } else { error }
 }

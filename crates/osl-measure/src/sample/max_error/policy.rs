@@ -67,6 +67,8 @@ pub(super) const SMALL_PILOT: (usize, usize) = (10, 2048);
 /// The time of estimating a pixel's error after a round: that of any pixel, and of each plane with a bound.
 /// **Units:** nanoseconds. If limits save less, all pixels get the same number of samples.
 pub(super) const ESTIMATING: [f64; 2] = [30.0, 45.0];
+/// The number of pixels that are sampled together with limits, so that their sums stay in a cache.
+pub(super) const TOGETHER: usize = 16384;
 /// The number of pixels at which operations are counted, which predict the time of an evaluation. An image
 /// must not depend on the clock, so that this is not measured.
 pub(super) const COUNTED: usize = 64;

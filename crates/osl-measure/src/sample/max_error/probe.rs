@@ -54,12 +54,14 @@ impl Probes {
         }
     }
 
-    /// Marks the pixels that a lattice needs at some probes.
-    pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<bool> {
-        let mut needed = vec![false; work.known.len()];
+    /// The pixels that a lattice needs at some probes, in order.
+    pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<usize> {
+        let mut needed = Vec::new();
         for pixel in slots.iter().map(|slot| self.pixels[*slot] as usize) {
-            work.around([pixel % work.width, pixel / work.width], step, |pixel| needed[pixel] = true);
+            work.around([pixel % work.width, pixel / work.width], step, |pixel| needed.push(pixel));
         }
+        needed.sort_unstable();
+        needed.dedup();
         needed
     }
 }

@@ -45,7 +45,7 @@ impl Work<'_, '_> {
         pending: &mut [bool],
     ) -> Result<Whole, RunError> {
         match step {
-            1 => self.columns()?,
+            1 => self.every_second_column()?,
             _ => self.whole(step)?,
         }
         pending.fill(true);
@@ -90,9 +90,13 @@ impl Work<'_, '_> {
     /// interpolated is judged as if it were that lattice, by a few of the probes first.
     fn columns_do(&mut self, probes: &Probes, all: &[usize], spare: f32) -> Result<Option<usize>, RunError> {
         let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
+        for slot in &some {
+            self.between_columns(probes.pixels[*slot] as usize);
+        }
         if self.failures(probes, &some, 1)? > TRIED {
             return Ok(None);
         }
+        self.columns()?;
         let failed = self.failures(probes, all, 1)?;
         Ok((failed as f32 <= spare).then_some(failed))
     }
