@@ -147,10 +147,13 @@ mod tests {
         assert_eq!(find("x", "("), Err(()));
     }
 
+    /// A string, a pattern, and the first match, if any.
+    type Case = (&'static str, &'static str, Option<(usize, usize)>);
+
     /// What `std::regex_search` of C++ finds (GCC 12, libstdc++).
     #[test]
     fn searches_as_cpp_does() {
-        const CASES: &[(&str, &str, Option<(usize, usize)>)] = &[
+        const CASES: &[Case] = &[
             ("aé", ".", Some((0, 1))),
             ("é", "^..", Some((0, 2))),
             ("é", "\\w", None),
