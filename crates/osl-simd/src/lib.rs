@@ -135,18 +135,7 @@ impl Isa {
     /// Runs the kernel as compiled for this instruction set.
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
-        match self.0 {
-            Level::Baseline => run_baseline(kernel),
-            #[cfg(target_arch = "aarch64")]
-            Level::Neon => run_baseline(kernel),
-            // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
-            // function is compiled for.
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx2 => unsafe { run_avx2(kernel) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            Level::Avx512 => unsafe { run_avx512(kernel) },
-        }
+        self.dispatch_if_wide(kernel).unwrap_or_else(run_baseline)
     }
 }
 

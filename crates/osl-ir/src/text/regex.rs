@@ -190,12 +190,20 @@ mod tests {
             ("&", "[a&&b]", Some((0, 1))),
             ("~", "[~]", Some((0, 1))),
             ("A", "\\cA", Some((0, 1))),
+            ("aaab", "a++b", Some((0, 4))),
+            ("ababc", "(?:ab)+*c", Some((0, 5))),
+            ("aaaaa", "a{2}+", Some((0, 4))),
+            ("aab", "a+?+b", Some((0, 3))),
+            ("aab", "\\x61++b", Some((0, 3))),
+            ("aac", "a++*?c", Some((0, 3))),
         ];
         for &(s, pattern, expected) in CASES {
             let found = find(s, pattern).map(|groups| groups.and_then(|groups| groups[0]));
             assert_eq!(found, Ok(expected), "{pattern} in {s}");
         }
         assert_eq!(find("a", "[b-a]"), Err(()));
+        // Repetitions are only repeated so often that groups do not become too deep.
+        assert_eq!(find("a", &format!("a{}", "+".repeat(10_000))), Err(()));
     }
 
     #[test]

@@ -1,0 +1,160 @@
+//! Pixels that need samples: the pilot first, then the others, each with as many as the pilot shows to be
+//! enough. How a pilot learns is the business of `pilot` and `learn`.
+
+use super::curvature::Curvatures;
+use super::learn::Steps;
+use super::pilot::estimate;
+use super::policy::*;
+use super::probe::NEVER;
+use super::{Work, above};
+use crate::sample::adapt::Refiner;
+use crate::sample::bounds::weighted;
+use crate::sample::operations::nanoseconds;
+use osl_exec::RunError;
+use pxfm::f_powf;
+
+impl<'a> Work<'_, 'a> {
+    /// The curvature of the coarsest lattice around each pixel. Pixels are numbered in the image.
+    pub(super) fn guards(&self, curvatures: &Curvatures, pixels: &[u32]) -> Vec<f32> {
+        let within = pixels.iter().map(|pixel| (pixel - self.first) as usize);
+        within.map(|at| curvatures.at([at % self.width, at / self.width])).collect()
+    }
+
+    /// Finds out what an evaluation takes compared with an estimate, by counting operations at some of the
+    /// pixels.
+    fn measure_costs(&mut self, pixels: &[u32]) -> Result<(), RunError> {
+        let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(COUNTED).max(1)).collect();
+        self.evaluations += some.len() as u64;
+        let [each, of_plane] = ESTIMATING;
+        let planes = self.weights.iter().filter(|weight| *weight > 0.0).count() as f64;
+        self.estimating = (each + of_plane * planes) / nanoseconds(&self.sampled, &some)?;
+        Ok(())
+    }
+
+    /// Samples the pixels that are still pending: the pilot first, then the others.
+    pub(super) fn sample(&mut self, pending: &[bool], off: f32) -> Result<(), RunError> {
+        let mut pixels: Vec<u32> =
+            (0..pending.len()).filter(|p| pending[*p]).map(|p| p as u32 + self.first).collect();
+        if pixels.is_empty() {
+            return Ok(());
+        }
+        let allowed = (ALLOWED * pending.len() as f32 - off).max(0.0) / pixels.len() as f32;
+        self.measure_costs(&pixels)?;
+        let curvatures = self.curvatures(COARSE);
+        let allowed = allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW);
+        let (pilot, steps) = self.pilot(&curvatures, &pixels, allowed)?;
+        self.sampled.pattern = pilot.pattern().clone();
+        let mut is_ahead = vec![false; pending.len()];
+        pilot.pixels().iter().for_each(|pixel| is_ahead[(pixel - self.first) as usize] = true);
+        pixels.retain(|pixel| !is_ahead[(pixel - self.first) as usize]);
+        if steps.short {
+            let ahead = pilot.pixels().len();
+            let share = f64::from(steps.failed) / ahead.max(1) as f64;
+            self.above = share * (ahead + pixels.len()) as f64 + f64::from(off);
+        }
+        self.take(pilot);
+        if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
+            return self.plain(pixels, *samples, steps.power);
+        }
+        for pixels in pixels.chunks(TOGETHER) {
+            let guards = self.guards(&curvatures, pixels);
+            let mut some = Refiner::new(&self.sampled, pixels.to_vec()).with(&self.weights);
+            self.follow(&mut some, &guards, &steps)?;
+            // The last look may have extended the pattern.
+            self.sampled.pattern = some.pattern().clone();
+            self.take(some);
+        }
+        Ok(())
+    }
+
+    /// Takes over the pixels of a refiner, with their means.
+    fn take(&mut self, refiner: Refiner<'a>) {
+        self.samples.resize(self.known.len(), 0);
+        for (plane, means) in self.values.iter_mut().zip(refiner.means()) {
+            let pixels = refiner.pixels().iter().zip(means);
+            pixels.for_each(|(pixel, mean)| plane[(pixel - self.first) as usize] = mean);
+        }
+        let pixels = refiner.pixels().iter().zip(&refiner.each);
+        pixels.for_each(|(pixel, each)| self.samples[(pixel - self.first) as usize] = *each);
+        self.evaluations += refiner.evaluations;
+        self.said.add(refiner.said, &self.shading.options.limits.running);
+    }
+
+    /// Takes the same number of samples in all pixels, and more in those that the later half of them moved
+    /// too far.
+    fn plain(&mut self, pixels: Vec<u32>, samples: u32, power: f32) -> Result<(), RunError> {
+        self.sampled.pattern = self.sampled.pattern.clone().with(samples);
+        let [means, moves] = self.sampled.halves(&pixels, samples, &mut self.said)?;
+        self.evaluations += u64::from(samples) * pixels.len() as u64;
+        let limit = last_limit(self.wanted.error, power);
+        self.samples.resize(self.known.len(), 0);
+        let mut again = Vec::new();
+        for (at, pixel) in pixels.iter().enumerate() {
+            let planes = moves.iter().zip(self.weights.iter());
+            if planes.map(|(moves, weight)| weighted(moves[at], weight)).fold(0.0, f32::max) > limit {
+                again.push(*pixel);
+            }
+            let place = (pixel - self.first) as usize;
+            self.values.iter_mut().zip(&means).for_each(|(plane, means)| plane[place] = means[at]);
+            self.samples[place] = samples;
+        }
+        let mut again = Refiner::new(&self.sampled, again).with(&self.weights);
+        if !again.active.is_empty() && 2 * samples <= self.wanted.most {
+            again.round(samples, false)?;
+            again.round(2 * samples, false)?;
+            self.last_look(&mut again, power)?;
+            self.take(again);
+        }
+        Ok(())
+    }
+
+    /// Samples pixels with the limits that the pilot found.
+    fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), RunError> {
+        for (samples, limit) in &steps.limits {
+            if refiner.active.is_empty() {
+                break;
+            }
+            let last = *limit == f32::INFINITY;
+            if *limit == NEVER {
+                continue;
+            }
+            // The later half of the samples shows how far the earlier half was off, as in the pilot, whose
+            // first round has no earlier half.
+            if 2 * refiner.samples < *samples && (last || *samples > 2) {
+                refiner.round(samples / 2, false)?;
+            }
+            refiner.round(*samples, !last || steps.short)?;
+            if last && steps.short {
+                let wants = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
+                self.unfinished += refiner.active.iter().filter(wants).count() as u64;
+            }
+            if !last {
+                refiner.settle_by(|refiner, slot, error| {
+                    estimate(error, refiner.moved[slot], guards[slot], *samples) <= *limit
+                });
+            }
+        }
+        if steps.short { Ok(()) } else { self.last_look(refiner, steps.power) }
+    }
+
+    /// Takes more samples of pixels that the last half of their samples moved too far.
+    fn last_look(&self, refiner: &mut Refiner<'a>, power: f32) -> Result<(), RunError> {
+        let limit = last_limit(self.wanted.error, power);
+        loop {
+            let Refiner { active, moved, .. } = refiner;
+            active.retain(|slot| moved[*slot] > limit);
+            if active.is_empty() || 2 * refiner.samples > self.wanted.most {
+                return Ok(());
+            }
+            refiner.round(2 * refiner.samples, false)?;
+        }
+    }
+}
+
+/// The largest change by the later half of a pixel's samples after which it needs no others. `power` is the
+/// rate at which squared errors fall.
+fn last_limit(bound: f32, power: f32) -> f32 {
+    // Two independent halves are as far from their mean as that is from the truth; stratified ones are
+    // farther.
+    LAST_LOOK * bound / f_powf(0.5, 0.5 * (power - 1.0))
+}
