@@ -165,7 +165,13 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
                 );
             }
             let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
-            T::dispatch_large(isa, OneDual { field, c, p, out: [&mut v[..n], &mut dx[..n], &mut dy[..n]] });
+            let (v, dx, dy) = (&mut v[..n], &mut dx[..n], &mut dy[..n]);
+            let done = match p {
+                None => field.shared_dual(isa, [c.v, c.dx, c.dy], [&mut *v, &mut *dx, &mut *dy]),
+                Some(_) => 0,
+            };
+            let out = [&mut v[done..], &mut dx[done..], &mut dy[done..]];
+            T::dispatch_large(isa, OneDual { field, c: c.part(done..n), p, out });
         }
         Out::Duals(out) => {
             let n = out.iter().fold(n, |n, o| n.min(o.len()));

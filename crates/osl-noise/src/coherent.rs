@@ -10,6 +10,7 @@
 #![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 
 mod alone;
+pub(crate) mod partials;
 mod perlin;
 mod simplex;
 

@@ -44,6 +44,16 @@ pub(crate) trait Field: Copy {
         let _ = (isa, coords, out);
         0
     }
+    /// The same with partials: values, then partials in the first direction, then in the second.
+    fn shared_dual<F: Float, const D: usize>(
+        self,
+        isa: Isa,
+        coords: [[&[F]; D]; 3],
+        out: [&mut [F]; 3],
+    ) -> usize {
+        let _ = (isa, coords, out);
+        0
+    }
     /// One value.
     fn one<F: Float, const D: usize>(self, p: [F; D]) -> F;
     /// Three values.
@@ -130,6 +140,21 @@ impl Field for Perlin {
             [x, y, z] => coherent::fill::<coherent::Perlin, 3>(isa, self.0, [x, y, z], out),
             _ => 0,
         }
+    }
+    #[cfg(target_arch = "x86_64")]
+    fn shared_dual<F: Float, const D: usize>(
+        self,
+        isa: Isa,
+        coords: [[&[F]; D]; 3],
+        out: [&mut [F]; 3],
+    ) -> usize {
+        let [v, dx, dy] = out;
+        let [first, second, third] = coords;
+        let parts = (F::singles(first, v), F::singles(second, dx), F::singles(third, dy));
+        let (Some((p, v)), Some((px, dx)), Some((py, dy))) = parts else { return 0 };
+        let three = |c: [_; D]| <[_; 3]>::try_from(&c[..]).ok();
+        let (Some(p), Some(px), Some(py)) = (three(p), three(px), three(py)) else { return 0 };
+        coherent::partials::fill(isa, self.0, [p, px, py], [v, dx, dy])
     }
     #[inline(always)]
     fn one<F: Float, const D: usize>(self, p: [F; D]) -> F {

@@ -6,6 +6,7 @@
 /// The array of `f(0)`, `f(1)` …, up to four elements.
 #[inline(always)]
 pub(crate) fn array<T: Copy, const D: usize>(mut f: impl FnMut(usize) -> T) -> [T; D] {
+    const { assert!(D <= 4, "further elements would repeat the first") };
     let mut out = [f(0); D];
     if D > 1 {
         out[1] = f(1);

@@ -87,6 +87,25 @@ proptest! {
                     eval(isa, kind, &coords, &mut out);
                     prop_assert_eq!(bits(&out), bits(&singles), "{:?} {} {:?}", kind, dims, isa);
                 }
+                let partials: Vec<Vec<f32>> = (0..2 * dims).map(|k| (0..300).map(|i| match odd {
+                    Some((lane, axis, x)) if lane == i + 1 && axis == k % 3 => x,
+                    _ => ((i * 7 + k * 5) % 13) as f32 * step - turn[k % 3],
+                }).collect()).collect();
+                let all: Vec<&[f32]> = coords.iter().copied().chain(partials.iter().map(Vec::as_slice)).collect();
+                let singles: Vec<[u32; 3]> = (0..300).map(|i| {
+                    let one: Vec<&[f32]> = all.iter().map(|c| &c[i..=i]).collect();
+                    let (mut v, mut dx, mut dy) = ([0.0], [0.0], [0.0]);
+                    eval_dual(Isa::baseline(), kind, &one, &[], [&mut v, &mut dx, &mut dy]);
+                    [bits(&v)[0], bits(&dx)[0], bits(&dy)[0]]
+                }).collect();
+                for isa in Isa::all() {
+                    let (mut v, mut dx, mut dy) = (vec![0.0; 300], vec![0.0; 300], vec![0.0; 300]);
+                    eval_dual(isa, kind, &all, &[], [&mut v, &mut dx, &mut dy]);
+                    for (part, out) in [v, dx, dy].iter().enumerate() {
+                        let expected: Vec<u32> = singles.iter().map(|s| s[part]).collect();
+                        prop_assert_eq!(bits(out), expected, "{:?} {} {:?}, part {}", kind, dims, isa, part);
+                    }
+                }
             }
         }
     }

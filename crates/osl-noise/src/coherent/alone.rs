@@ -30,6 +30,64 @@ fn are_small<const D: usize>(p: [f32; D]) -> bool {
     p.into_iter().all(|x| x.abs() < 1_048_576.0)
 }
 
+/// What is computed of each vector of points.
+pub(super) trait Form<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> {
+    /// The results of a vector.
+    type Results: Copy;
+    /// The number of vectors.
+    fn count(&self) -> usize;
+    /// A point by its vector and lane; NaN beyond the end.
+    fn point(&self, vector: usize, lane: usize) -> [f32; D];
+    /// The points of a vector that are in a cell, and their results.
+    fn within(&mut self, vector: usize, cell: &L::Cell) -> (R::Marks, Self::Results);
+    /// Other results in some lanes.
+    fn replaced_at(results: Self::Results, marks: R::Marks, others: Self::Results) -> Self::Results;
+    /// Stores the results of a vector.
+    fn store(&mut self, vector: usize, results: Self::Results);
+}
+
+/// One value for each point.
+struct Values<'a, L, R, const N: usize, const D: usize> {
+    points: Points<'a, L, R, D>,
+    scratch: Scratch<N>,
+}
+
+impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Form<L, R, N, D>
+    for Values<'_, L, R, N, D>
+{
+    type Results = R::Floats;
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.points.out.len() / N
+    }
+    #[inline(always)]
+    fn point(&self, vector: usize, lane: usize) -> [f32; D] {
+        array(
+            #[inline(always)]
+            |a| self.points.coords[a].get(vector * N + lane).copied().unwrap_or(f32::NAN),
+        )
+    }
+    #[inline(always)]
+    fn within(&mut self, vector: usize, cell: &L::Cell) -> (R::Marks, R::Floats) {
+        let r = self.points.registers;
+        let p = array(
+            #[inline(always)]
+            |a| r.floats(&self.points.coords[a].as_chunks().0[vector]),
+        );
+        L::within(r, p, cell, &mut self.scratch)
+    }
+    #[inline(always)]
+    fn replaced_at(results: R::Floats, marks: R::Marks, others: R::Floats) -> R::Floats {
+        results.replaced_at(marks, others)
+    }
+    #[inline(always)]
+    fn store(&mut self, vector: usize, results: R::Floats) {
+        let Points { registers: r, range, out, .. } = &mut self.points;
+        let (shift, factor) = (r.all(range.shift), r.all(range.factor));
+        ((results + shift) * factor).store(&mut out.as_chunks_mut().0[vector]);
+    }
+}
+
 /// Computes points from the first one on, up to where vectors are in too many cells. Returns the number of
 /// points done.
 pub(super) struct Alone<'a, L, R, const N: usize, const D: usize>(pub(super) Points<'a, L, R, D>);
@@ -47,55 +105,45 @@ impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Kernel for 
     type Output = usize;
     #[inline(always)]
     fn run(self) -> usize {
-        let Points { registers: r, range, coords, out, .. } = self.0;
-        let blocks: [&[[f32; N]]; D] = array(
-            #[inline(always)]
-            |a| coords[a].as_chunks().0,
-        );
-        let out = out.as_chunks_mut::<N>().0;
-        let (shift, factor) = (r.all(range.shift), r.all(range.factor));
-        let mut scratch = Scratch([[0.0; N]; 16]);
-        let point = |i: usize, lane: usize| -> [f32; D] {
-            array(
-                #[inline(always)]
-                |a| blocks[a].get(i).and_then(|block| block.get(lane)).copied().unwrap_or(f32::NAN),
-            )
-        };
-        let start = point(0, 0);
-        if !are_small(start) {
-            return 0;
-        }
-        let mut cells = Known::<L, D>::new(L::key_of(start));
-        let mut spent = 0;
-        for (done, out) in out.iter_mut().enumerate() {
-            let p = array(
-                #[inline(always)]
-                |a| r.floats(&blocks[a][done]),
-            );
-            let (inside, mut value) = L::within(r, p, cells.current(), &mut scratch);
-            let mut open = !inside;
-            let mut round = 0;
-            while let Some(lane) = open.first() {
-                // Two cells alternate along their border.
-                if round == 0 {
-                    cells.swap();
-                } else {
-                    let next = point(done, lane);
-                    if round == ROUNDS || spent > done + SPARE || !are_small(next) {
-                        return done * N;
-                    }
-                    spent += cells.choose(L::key_of(next));
-                }
-                round += 1;
-                spent += 1;
-                let (inside, here) = L::within(r, p, cells.current(), &mut scratch);
-                value = value.replaced_at(inside, here);
-                open = open & !inside;
-            }
-            ((value + shift) * factor).store(out);
-        }
-        out.len() * N
+        run::<L, R, _, N, D>(Values { points: self.0, scratch: Scratch([[0.0; N]; 16]) })
     }
+}
+
+/// Computes vectors from the first one on, until one is in too many cells. Returns the number of points done.
+#[inline(always)]
+pub(super) fn run<L: Lattice<D>, R: Registers<N>, F: Form<L, R, N, D>, const N: usize, const D: usize>(
+    mut form: F,
+) -> usize {
+    let start = form.point(0, 0);
+    if !are_small(start) {
+        return 0;
+    }
+    let mut cells = Known::<L, D>::new(L::key_of(start));
+    let mut spent = 0;
+    for done in 0..form.count() {
+        let (inside, mut results) = form.within(done, cells.current());
+        let mut open = !inside;
+        let mut round = 0;
+        while let Some(lane) = open.first() {
+            // Two cells alternate along their border.
+            if round == 0 {
+                cells.swap();
+            } else {
+                let next = form.point(done, lane);
+                if round == ROUNDS || spent > done + SPARE || !are_small(next) {
+                    return done * N;
+                }
+                spent += cells.choose(L::key_of(next));
+            }
+            round += 1;
+            spent += 1;
+            let (inside, here) = form.within(done, cells.current());
+            results = F::replaced_at(results, inside, here);
+            open = open & !inside;
+        }
+        form.store(done, results);
+    }
+    form.count() * N
 }
 
 /// The last cells that were met.

@@ -17,11 +17,14 @@ pub(crate) struct Perlin;
 /// A cube that many lanes share.
 #[derive(Clone, Copy)]
 pub(crate) struct Shared<const D: usize> {
-    base: [f32; D],
+    pub(super) base: [f32; D],
     /// The two terms of each corner. In three dimensions, they are places in the scratch memory; in two
     /// dimensions, factors of the offsets.
-    terms: [[u32; 2]; 8],
+    pub(super) terms: [[u32; 2]; 8],
 }
+
+/// The order of the axes in which three dimensions are blended.
+pub(super) const ORDER: [usize; 3] = [2, 0, 1];
 
 impl<const D: usize> Lattice<D> for Perlin {
     const SIZES: (usize, usize) = (D, D << D);
@@ -175,7 +178,7 @@ impl<const D: usize> Lattice<D> for Perlin {
 
 /// Where the offset from a corner along an axis is in the scratch memory, or its negative.
 #[inline(always)]
-fn place(corner: usize, axis: usize, negative: usize) -> usize {
+pub(super) fn place(corner: usize, axis: usize, negative: usize) -> usize {
     axis + 3 * ((corner >> axis) & 1) + 6 * negative
 }
 
@@ -193,7 +196,7 @@ fn blend<R: Registers<N>, const N: usize, const D: usize>(
         #[inline(always)]
         |corner| g[corner] = product(corner),
     );
-    let order = if D == 3 { [2, 0, 1] } else { [0, 1, 1] };
+    let order = if D == 3 { ORDER } else { [0, 1, 1] };
     let mut done = 0;
     each(
         D,
