@@ -87,8 +87,8 @@ pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
     // Limits fit the pixels that they were learned from too well, so the limits of one half are judged on the
     // other half.
     let chances: Vec<Vec<f32>> = rungs.iter().map(|rung| rung.chances(bound)).collect();
-    let halves = [0, 1].map(|half| sorted(rungs, &chances, |slot| slot % 2 == half));
-    let whole = sorted(rungs, &chances, |_| true);
+    let [whole, first, second] = sorted(rungs, &chances);
+    let halves = [first, second];
     let most =
         rungs.last().map_or(1.0, |r| r.samples as f32) * rungs.first().map_or(1, |r| r.tried.len()) as f32;
     // From 0 to 1 the price rises; from 1 to 2 the limits shrink.
@@ -162,28 +162,37 @@ pub(super) fn fixed(rungs: &[Rung], bound: f32, allowed: f32) -> Option<u32> {
 /// A rung and some pixels in the order of their estimates.
 struct Sorted {
     samples: u32,
-    order: Vec<(f32, usize)>,
+    order: Arc<[(f32, u32)]>,
     /// For each pixel, the probability that a pixel with a similar estimate fails.
     off: Vec<f32>,
 }
 
-fn sorted(rungs: &[Rung], chances: &[Vec<f32>], which: impl Fn(usize) -> bool + Sync) -> Vec<Sorted> {
-    rungs.par_iter().zip(chances).map(|(rung, chances)| Sorted::new(rung, chances, &which)).collect()
+/// All pixels, those with an even number and those with an odd one, by rungs.
+fn sorted(rungs: &[Rung], chances: &[Vec<f32>]) -> [Vec<Sorted>; 3] {
+    let each = |(rung, chances): (&Rung, &Vec<f32>)| {
+        let half = |odd: u32| rung.order.iter().copied().filter(|(_, slot)| slot % 2 == odd).collect();
+        [rung.order.clone(), half(0), half(1)].map(|order| Sorted::new(rung, order, chances))
+    };
+    let all: Vec<[Sorted; 3]> = rungs.par_iter().zip(chances).map(each).collect();
+    let mut parts = [Vec::new(), Vec::new(), Vec::new()];
+    all.into_iter().for_each(|rung| parts.iter_mut().zip(rung).for_each(|(part, one)| part.push(one)));
+    parts
 }
 
 impl Sorted {
-    fn new(rung: &Rung, chances: &[f32], which: impl Fn(usize) -> bool) -> Sorted {
-        let all = rung.order.iter().map(|(estimate, slot)| (*estimate, *slot as usize));
-        let order: Vec<(f32, usize)> = all.filter(|(_, slot)| which(*slot)).collect();
-        let mut sums = vec![0.0_f32];
-        for (_, slot) in &order {
-            sums.push(sums.last().copied().unwrap_or(0.0) + chances[*slot]);
+    fn new(rung: &Rung, order: Arc<[(f32, u32)]>, chances: &[f32]) -> Sorted {
+        let mut sums = Vec::with_capacity(order.len() + 1);
+        let mut sum = 0.0_f32;
+        sums.push(sum);
+        for (_, slot) in order.iter() {
+            sum += chances[*slot as usize];
+            sums.push(sum);
         }
         let beside = (order.len() / BESIDE).max(2);
         let mut off = vec![0.0; rung.tried.len()];
         for (at, (_, slot)) in order.iter().enumerate() {
             let (from, to) = (at.saturating_sub(beside), (at + beside + 1).min(order.len()));
-            off[*slot] = (sums[to] - sums[from]) / (to - from) as f32;
+            off[*slot as usize] = (sums[to] - sums[from]) / (to - from) as f32;
         }
         Sorted { samples: rung.samples, order, off }
     }
@@ -200,7 +209,8 @@ fn priced(rungs: &[Sorted], price: f32) -> Steps {
         let step = (next - rung.samples) as f32;
         let (mut gain, mut best, mut count) = (0.0_f64, 0.0_f64, 0);
         for (at, (estimate, slot)) in rung.order.iter().enumerate() {
-            gain += f64::from(step + ahead[*slot] - price * rung.off[*slot]);
+            let slot = *slot as usize;
+            gain += f64::from(step + ahead[slot] - price * rung.off[slot]);
             let ends = rung.order.get(at + 1).is_none_or(|(next, _)| next > estimate);
             if ends && gain > best {
                 (best, count) = (gain, at + 1);
@@ -209,7 +219,9 @@ fn priced(rungs: &[Sorted], price: f32) -> Steps {
         let limit = if count == 0 { NEVER } else { rung.order[count - 1].0 };
         limits.push((rung.samples, limit));
         ahead.iter_mut().for_each(|ahead| *ahead += step);
-        rung.order[..count].iter().for_each(|(_, slot)| ahead[*slot] = price * rung.off[*slot]);
+        for (_, slot) in &rung.order[..count] {
+            ahead[*slot as usize] = price * rung.off[*slot as usize];
+        }
         next = rung.samples;
     }
     limits.reverse();
@@ -233,8 +245,8 @@ impl Steps {
         for (rung, (samples, limit)) in rungs.iter().zip(&self.limits) {
             self.rounds += if *limit > NEVER { left as f64 } else { 0.0 };
             for (_, slot) in rung.order.iter().take_while(|(estimate, _)| estimate <= limit) {
-                if !done[*slot] {
-                    done[*slot] = true;
+                if !done[*slot as usize] {
+                    done[*slot as usize] = true;
                     left -= 1;
                     self.work += f64::from(*samples);
                 }

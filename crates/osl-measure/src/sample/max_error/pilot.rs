@@ -125,16 +125,16 @@ impl<'a> Pilot<'a> {
         Ok(())
     }
 
-    /// Whether the samples before the last round may have been enough, so that it is worth looking closer.
-    fn may_be_enough(&self, allowed: f32) -> bool {
-        let [.., before, last] = &self.rounds[..] else { return false };
+    /// The sample count before the last, if it may have been enough, so that it is worth looking closer.
+    fn nearly_enough(&self, allowed: f32) -> Option<Rung> {
+        let [.., before, last] = &self.rounds[..] else { return None };
         // Samples that converge no faster than independent ones indicate edges, which so few samples can
         // miss.
         if self.refiner.samples < self.min_samples && self.convergence < EDGES {
-            return false;
+            return None;
         }
         let most = (NEARLY * self.guards.len() as f32).max(allowed);
-        self.rung(before, last).failed(BOLD * self.bound) <= most
+        Some(self.rung(before, last)).filter(|rung| rung.failed(BOLD * self.bound) <= most)
     }
 
     /// How to sample the other pixels, or `None` if the pilot needs more samples to decide. After the `last`
@@ -143,10 +143,8 @@ impl<'a> Pilot<'a> {
     fn lesson(&self, allowed: f32, [pixels, all]: [f32; 2], last: bool) -> Option<Steps> {
         let count = self.guards.len() as f32;
         let allowed = allowed * count;
-        if !last && !self.may_be_enough(allowed * SCALED) {
-            return None;
-        }
-        let mut rungs = self.rungs();
+        let newest = if last { None } else { Some(self.nearly_enough(allowed * SCALED)?) };
+        let mut rungs = self.rungs(newest);
         let affordable = |rungs: &[Rung], steps: &Steps, times: f32| {
             let fixed = fixed(rungs, self.bound, PROMISED as f32 * all / pixels * count);
             let work = steps.work as f32 / count * pixels + times * self.refiner.evaluations as f32;
@@ -214,24 +212,33 @@ impl<'a> Pilot<'a> {
         Some(Rung::new(last.samples, tried, last.order.clone(), self.bound))
     }
 
-    /// The estimated and actual errors of each sample count except the last, judged by the last.
-    fn rungs(&self) -> Vec<Rung> {
+    /// The estimated and actual errors of each sample count except the last, judged by the last. The newest of
+    /// them may be known.
+    fn rungs(&self, newest: Option<Rung>) -> Vec<Rung> {
         let Some((last, rounds)) = self.rounds.split_last() else { return Vec::new() };
-        rounds.par_iter().map(|round| self.rung(round, last)).collect()
+        let unknown = rounds.len() - usize::from(newest.is_some());
+        let mut rungs: Vec<Rung> = rounds[..unknown].par_iter().map(|round| self.rung(round, last)).collect();
+        rungs.extend(newest);
+        rungs
     }
 
     /// A sample count, judged by the last.
     fn rung(&self, round: &Round, last: &Round) -> Rung {
         let power = self.convergence;
         let weights = &self.refiner.weights;
+        // The reference contains these samples, so the true difference is larger.
+        let seen = |all: u32| (1.0 - f_powf(round.samples as f32 / all as f32, power)).sqrt();
+        let known: Vec<(u32, f32)> = self.rounds.iter().map(|r| (r.samples, seen(r.samples))).collect();
         let error = |slot: usize| {
-            let share = round.samples as f32 / self.refiner.each[slot] as f32;
-            // The reference contains these samples, so the true difference is larger.
-            if share < 1.0 {
-                moved(round, last, slot, weights) / (1.0 - f_powf(share, power)).sqrt()
-            } else {
-                0.0
+            let all = self.refiner.each[slot];
+            if all <= round.samples {
+                return 0.0;
             }
+            let seen = known
+                .iter()
+                .find(|(samples, _)| *samples == all)
+                .map_or_else(|| seen(all), |(_, seen)| *seen);
+            moved(round, last, slot, weights) / seen
         };
         let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
         Rung::new(round.samples, tried, round.order.clone(), self.bound)
