@@ -26,9 +26,8 @@ pub enum BitDepth {
 /// How [`write_png`] stores its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PngOptions {
-    /// The curve between the values and the stored integers. [`Transfer::for_channels`] is the usual choice:
-    /// the sRGB curve for a color; no curve for a single float, since a mask is a ratio and 0.5 should be
-    /// half of the range.
+    /// The curve between the values and the stored integers. The usual choice is the sRGB curve for a color,
+    /// and no curve for a single float, since a mask is a ratio and 0.5 should be half of the range.
     pub transfer: Transfer,
     /// The size of the integers.
     pub depth: BitDepth,

@@ -15,11 +15,6 @@ pub enum Transfer {
 }
 
 impl Transfer {
-    /// The usual choice: three channels are a color, one channel is a ratio and is stored as it is.
-    pub fn for_channels(n_channels: usize) -> Self {
-        if n_channels == 3 { Self::Srgb } else { Self::Linear }
-    }
-
     /// The integer in `0..=max` that stores `linear`: clamped to 0..=1, through the curve, halves rounded up.
     /// NaN is stored as 0.
     pub fn quantize(self, linear: f32, max: u16) -> u16 {

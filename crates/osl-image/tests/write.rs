@@ -166,14 +166,14 @@ fn png_bytes_follow_the_transfer() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.png");
     let (r, g, b) = ([0.0, 0.5, 2.0_f32], [0.18, -1.0, f32::NAN], [1.0, 0.002, f32::INFINITY]);
-    let srgb = PngOptions { transfer: Transfer::for_channels(3), depth: BitDepth::Eight, software: None };
+    let srgb = PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight, software: None };
     write_png(&path, 3, 1, &[&r, &g, &b], srgb).unwrap();
     let back = read_image(&path).unwrap();
     assert_eq!((back.stored, back.channels), (StoredType::U8, ["R", "G", "B"].map(str::to_owned).to_vec()));
     let bytes: Vec<u8> = back.samples.iter().map(|v| (v * 255.0).round() as u8).collect();
     assert_eq!(bytes, [0, 118, 255, 188, 0, 7, 255, 0, 255]);
 
-    let grey = PngOptions { transfer: Transfer::for_channels(1), depth: BitDepth::Sixteen, software: None };
+    let grey = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Sixteen, software: None };
     write_png(&path, 3, 1, &[&r], grey).unwrap();
     let back = read_image(&path).unwrap();
     assert_eq!((back.stored, back.channels), (StoredType::U16, vec!["Y".to_owned()]));

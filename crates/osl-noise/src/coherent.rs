@@ -5,7 +5,8 @@
 //! of one cell for all lanes (`alone`). Otherwise some hundred lanes are taken at a time. If they are in few
 //! cells ([`crate::cells`]), each cell's table is made once, sixteen cells in a vector, and lanes read their
 //! words from registers. What remains is computed lane by lane. The bits are the same in all three ways. This
-//! pays with AVX2 and AVX-512, whose registers can hold a table's word for all cells.
+//! pays with AVX2 and AVX-512, whose registers can hold a table's word for all cells. Points with partials
+//! share cells in the first way only (`partials`).
 
 #![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 

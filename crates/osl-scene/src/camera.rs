@@ -142,12 +142,6 @@ impl View {
         (depth > 0.0 && place.is_finite()).then_some(place)
     }
 
-    /// Pixels per unit of length at a point, for a length across the line of sight. Points closer than `near`
-    /// count as `near`.
-    pub fn pixels_per_unit(&self, point: Vec3, near: f64) -> f64 {
-        1.0 / (self.depth(point).max(near) * self.pixel())
-    }
-
     /// Adds the spaces `camera` (x to the right, y up, z ahead), and as destinations `screen` (−1 to 1 over
     /// the width, z from 0 at `near` to 1 at `far`), `NDC` (0 to 1 from the left and from the top) and
     /// `raster` (pixels).

@@ -212,8 +212,8 @@ impl<'a> Pilot<'a> {
         Some(Rung::new(last.samples, tried, last.order.clone(), self.bound))
     }
 
-    /// The estimated and actual errors of each sample count except the last, judged by the last. The newest of
-    /// them may be known.
+    /// The estimated and actual errors of each sample count except the last, judged by the last. The newest
+    /// of them may be known.
     fn rungs(&self, newest: Option<Rung>) -> Vec<Rung> {
         let Some((last, rounds)) = self.rounds.split_last() else { return Vec::new() };
         let unknown = rounds.len() - usize::from(newest.is_some());
