@@ -3,6 +3,7 @@
 //! Hashing a cell costs half of its noise with partials, so lanes share it as those of plain noise do
 //! (`alone`). The operations are those of [`Dual`](crate::number::Dual), in the same order.
 
+use super::FEW;
 use super::alone::{self, Form};
 use super::perlin::{ORDER, Perlin, Shared, place};
 use crate::perlin::SCALE;
@@ -10,9 +11,6 @@ use crate::range::Range;
 use crate::unroll::{array, each};
 use osl_simd::registers::{Floats, Registers};
 use osl_simd::{Isa, Kernel};
-
-/// Fewer lanes than this are not worth examining.
-const FEW: usize = 48;
 
 /// Values, or results, then their partials in two directions.
 pub(crate) type Three<T> = [T; 3];
