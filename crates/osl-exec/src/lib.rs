@@ -27,6 +27,7 @@ mod register;
 mod run;
 mod services;
 pub mod source;
+mod step;
 
 pub use error::RunError;
 pub use frame::{Closures, Frame, Plane, Words};

@@ -4,11 +4,10 @@
 //! file. A component of a triple is a view into its register, not a copy. Steps keep the structure of the IR:
 //! blocks nested in `If` and `Loop`.
 //!
-//! `step` defines the parts of a program, and `compile` makes it.
+//! `compile` makes a program out of parts that `step`, beside this module, defines.
 
 mod compile;
 mod per_cell;
-mod step;
 mod uses;
 mod weight;
 
@@ -16,16 +15,13 @@ use crate::error::RunError;
 use crate::native::Plans;
 use crate::register::LINE;
 use crate::source::PointSource;
+use crate::step::{Array, Mark, Operand, OutputPlan, OutputSource, Seed, Step, Steps};
 use compile::Compiler;
 use osl_ir::global::Global;
 use osl_ir::ir::{Assumptions, Axis, Body, Const, Input, Kernel, Kind, Op, Rate};
 use osl_numeric::Arithmetic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
-pub(crate) use step::{
-    Array, CellInputs, CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark,
-    Operand, OutputPlan, OutputSource, Seed, Step, Steps, StoreStep,
-};
 pub(crate) use weight::SERIAL;
 
 /// Sums up the weights of steps.
@@ -114,7 +110,7 @@ impl Program {
             .slots
             .iter()
             .map(|slot| Array {
-                words: words_of(slot.kind),
+                words: slot.kind.words(),
                 len: slot.len.unwrap_or(0),
                 varying: slot.rate == Rate::Varying,
             })
@@ -296,11 +292,6 @@ impl Program {
         let lanes = usize::try_from(room / point).unwrap_or(usize::MAX);
         Ok((threads, batch.min(lanes / LINE * LINE).max(LINE.min(batch))))
     }
-}
-
-/// Words (per lane) of a kind.
-pub(crate) fn words_of(kind: Kind) -> u32 {
-    kind.words()
 }
 
 impl OutputPlan {

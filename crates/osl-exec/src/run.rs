@@ -16,9 +16,10 @@ use crate::message::Messages;
 use crate::options::RunOptions;
 use crate::order::{self, Area, Blocks};
 use crate::profile::Profile;
-use crate::program::{OutputPlan, Program, words_of};
+use crate::program::Program;
 use crate::services::Services;
 use crate::source::PointSource;
+use crate::step::OutputPlan;
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
 use osl_numeric::Arithmetic;
@@ -404,7 +405,7 @@ impl Slots {
                         slots.closures.push(Slot { output, element, component: 0 });
                     }
                     Kind::Closure => {}
-                    kind => slots.planes.extend((0..words_of(kind) as usize).map(|component| Slot {
+                    kind => slots.planes.extend((0..kind.words() as usize).map(|component| Slot {
                         output,
                         element,
                         component,

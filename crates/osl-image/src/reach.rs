@@ -4,10 +4,7 @@
 
 use crate::lookup::{LookupOptions, is_black_outside};
 use crate::texels::{Texel, Texels};
-use crate::texture::Texture;
-
-/// The smallest and the largest value; `None` if a value may be infinite or NaN.
-pub type Reach = Option<[f32; 2]>;
+use crate::texture::{Reach, Texture};
 
 /// The error of a weighted mean relative to the largest texel. Each of up to 64 probes rounds once when it is
 /// added, and each of 16 texels of two levels; the weights of a texel have errors of a few units in the last

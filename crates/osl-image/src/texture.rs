@@ -10,10 +10,12 @@ use crate::decoded::Decoded;
 use crate::image::{Header, ImageData, StoredType};
 use crate::level::Level;
 use crate::levels::{made, samples_below, sizes_below};
-use crate::reach::Reach;
 use crate::texels::Texels;
 use crate::wrap::Wrap;
 use osl_limits::Limits;
+
+/// The smallest and the largest value of a channel; `None` if a value may be infinite or NaN.
+pub type Reach = Option<[f32; 2]>;
 
 /// An image with its mip-maps, ready for lookups from any thread.
 #[derive(Debug)]

@@ -4,8 +4,7 @@
 //! each of them. Equal operations on equal values are merged. The sequence may contain loops and parts that
 //! are skipped: `region` records these. This module must not know lanes, registers or instructions.
 
-use crate::inst::{Array, Binary, Compare, Inst, IntCompare, MaskValue, Op, TABLE, Unary, Value};
-use crate::region::{Open, Region};
+use crate::inst::{Array, Binary, Compare, Inst, IntCompare, MaskValue, Op, Region, TABLE, Unary, Value};
 use crate::simplify::{self, Truth};
 use rustc_hash::FxHashMap;
 
@@ -17,6 +16,14 @@ pub(crate) struct Use {
     /// Words needed before those of the last lane, if lanes are used.
     pub(crate) lanes: Option<usize>,
     pub(crate) written: bool,
+}
+
+/// What was known when a region began: the changes since.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Open {
+    pub(crate) region: u32,
+    pub(crate) known: Vec<Inst>,
+    pub(crate) held: Vec<((Array, u32), Option<Value>)>,
 }
 
 /// A sequence of operations under construction.

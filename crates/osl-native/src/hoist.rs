@@ -4,8 +4,7 @@
 //! values keep their bits. This module must not know registers or instructions.
 
 use crate::block::Block;
-use crate::inst::{Inst, Op};
-use crate::region::{Carry, Kind, Region};
+use crate::inst::{Carry, Inst, Kind, Op, Region};
 
 impl Block {
     /// Moves operations out of the loops in which they do not change.

@@ -1,5 +1,5 @@
-//! The vocabulary of blocks: values, masks, arrays and the operations on them, without the rules by which a
-//! block merges and rewrites them. This module must not know lanes, registers or instructions.
+//! The vocabulary of blocks: values, masks, arrays, the operations on them, and regions, without the rules by
+//! which a block merges and rewrites them. This module must not know lanes, registers or instructions.
 
 /// Number of words in a table. Indices are below it.
 pub const TABLE: usize = 16;
@@ -229,5 +229,46 @@ impl Inst {
 
     pub(crate) fn args(&self) -> &[u32] {
         &self.args[..usize::from(self.count)]
+    }
+}
+
+/// How control enters and leaves a region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Repeats while a mask, given at the end, has a lane.
+    Loop,
+    /// Runs once, or not at all if a mask has no lane.
+    Skip { mask: u32 },
+}
+
+/// A value that a region carries, by the numbers of its operations.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Carry {
+    pub(crate) init: u32,
+    /// In the current round.
+    pub(crate) param: u32,
+    /// In the next round.
+    pub(crate) next: u32,
+    /// After the region.
+    pub(crate) result: u32,
+}
+
+/// A region, from one operation to another.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    pub(crate) kind: Kind,
+    /// What a round takes from the budget.
+    pub(crate) cost: u32,
+    pub(crate) begin: u32,
+    pub(crate) end: u32,
+    pub(crate) carried: Vec<Carry>,
+    /// The mask that decides about the next round of a loop.
+    pub(crate) again: u32,
+}
+
+impl Carry {
+    /// Whether anything reads it.
+    pub(crate) fn is_needed(&self, needed: &[bool]) -> bool {
+        [self.param, self.result].iter().any(|v| needed.get(*v as usize) == Some(&true))
     }
 }

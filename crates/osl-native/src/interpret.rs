@@ -6,8 +6,7 @@
 
 use crate::block::Block;
 use crate::code::Words;
-use crate::inst::{Array, Binary, Compare, IntCompare, Op, Unary};
-use crate::region::{Carry, Kind, Region};
+use crate::inst::{Array, Binary, Carry, Compare, IntCompare, Kind, Op, Region, Unary};
 use std::ops::Range;
 
 /// Computes lanes of the arrays. `None` if an array is missing, too short or read-only, or if the block

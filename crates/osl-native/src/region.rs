@@ -5,51 +5,9 @@
 //! region are not known after it, except those that it carries and those that are in memory anyway. This
 //! module must not know registers or instructions.
 
-use crate::block::Block;
-use crate::inst::{Array, Inst, MaskValue, Op, Value};
+use crate::block::{Block, Open};
+use crate::inst::{Array, Carry, Inst, Kind, MaskValue, Op, Region, Value};
 use rustc_hash::FxHashSet;
-
-/// How control enters and leaves a region.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// Repeats while a mask, given at the end, has a lane.
-    Loop,
-    /// Runs once, or not at all if a mask has no lane.
-    Skip { mask: u32 },
-}
-
-/// A value that a region carries, by the numbers of its operations.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Carry {
-    pub(crate) init: u32,
-    /// In the current round.
-    pub(crate) param: u32,
-    /// In the next round.
-    pub(crate) next: u32,
-    /// After the region.
-    pub(crate) result: u32,
-}
-
-/// A region, from one operation to another.
-#[derive(Clone, Debug)]
-pub(crate) struct Region {
-    pub(crate) kind: Kind,
-    /// What a round takes from the budget.
-    pub(crate) cost: u32,
-    pub(crate) begin: u32,
-    pub(crate) end: u32,
-    pub(crate) carried: Vec<Carry>,
-    /// The mask that decides about the next round of a loop.
-    pub(crate) again: u32,
-}
-
-/// What was known when a region began: the changes since.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Open {
-    region: u32,
-    pub(crate) known: Vec<Inst>,
-    pub(crate) held: Vec<((Array, u32), Option<Value>)>,
-}
 
 /// A loop that has begun.
 #[derive(Clone, Debug)]
@@ -221,12 +179,5 @@ impl Block {
             _ => {}
         }
         list
-    }
-}
-
-impl Carry {
-    /// Whether anything reads it.
-    pub(crate) fn is_needed(&self, needed: &[bool]) -> bool {
-        [self.param, self.result].iter().any(|v| needed.get(*v as usize) == Some(&true))
     }
 }

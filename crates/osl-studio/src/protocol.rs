@@ -3,7 +3,6 @@
 //! The page sends JSON. The server sends JSON too, except for pictures: the length of a JSON header in four
 //! bytes, the lowest first, the header, and the samples. This module must not know what a message causes.
 
-use crate::subject::{Edit, Line, Picture, Saved};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sha1::{Digest, Sha1};
@@ -139,6 +138,56 @@ pub struct Thumbnail {
     pub picture: Option<String>,
     /// In a loop, the pictures of the first rounds.
     pub rounds: Vec<String>,
+}
+
+/// A picture.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// The name of the output.
+    pub output: String,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Samples of a pixel: 1 is grey, 2 grey and alpha, 3 RGB, 4 RGB and alpha.
+    pub channels: usize,
+    /// The samples, pixel by pixel from the first row on, as an image file stores them.
+    pub samples: Vec<u8>,
+    /// Messages of the run, as objects with `severity`, `message`, and perhaps `file` and `line`.
+    pub messages: Vec<Value>,
+    /// Text that the shader printed.
+    pub text: String,
+    /// The seconds that parts of the work took, each with its name.
+    pub phases: Vec<(&'static str, f64)>,
+}
+
+/// A text of a page that is to be saved.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Edit {
+    /// The file, as [`Shader::file`] names it.
+    pub file: String,
+    /// The [`version`] of the text that was changed.
+    pub version: String,
+    /// The text.
+    pub text: String,
+}
+
+/// Whether a text was saved, with the [`version`] that the file now has.
+#[derive(Clone, Debug)]
+pub enum Saved {
+    /// The file has the text.
+    Done(String),
+    /// The file has another text than the page read, and was not overwritten.
+    Changed(String),
+}
+
+/// What a line of the source does.
+#[derive(Clone, Debug, Default)]
+pub struct Line {
+    /// The variables that it sets, its conditions and its loops.
+    pub pictures: Vec<Thumbnail>,
+    /// How many of these are left out.
+    pub more: usize,
 }
 
 /// The version of a text: a page that saves a text names the version that it changed.

@@ -15,8 +15,6 @@ use std::time::Duration;
 
 /// Maximum number of connections at a time.
 const MAX_CONNECTIONS: usize = 160;
-/// How long a client may take to receive a message.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// How the server is started.
 #[derive(Clone, Debug, Default)]
@@ -122,7 +120,7 @@ const FORBIDDEN: &str = "403 Forbidden";
 impl Gate {
     /// Answers the request of a connection.
     fn serve(&self, mut stream: TcpStream, is_free: bool, make: &Make, turn: Arc<Mutex<()>>) {
-        let _ = stream.set_write_timeout(Some(PATIENCE));
+        let _ = stream.set_write_timeout(Some(session::PATIENCE));
         let _ = stream.set_nodelay(true);
         let policy = guard::policy(self.port);
         let refuse = |stream: &mut TcpStream, (status, why): Refusal| {

@@ -6,9 +6,8 @@
 //! request of each kind is kept, so a fast page and a slow shader need no queue. A page that does not read
 //! its answers stops only its own worker. This module must not know how a connection is made.
 
-use crate::protocol::{self, MAX_MESSAGE, Request, State};
-use crate::server::PATIENCE;
-use crate::subject::{Edit, Files, First, Picture, Stop, Subject};
+use crate::protocol::{self, Edit, MAX_MESSAGE, Picture, Request, State};
+use crate::subject::{Files, First, Stop, Subject};
 use osl_limits::Cancel;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -19,6 +18,8 @@ use tungstenite::{Message, WebSocket};
 
 /// The interval between looks at the files.
 const EVERY: Duration = Duration::from_millis(150);
+/// How long a client may take to receive a message.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 /// How long a small picture may wait for a page that does not read.
 const SOON: Duration = Duration::from_millis(20);
 /// A small picture comes first if the whole one takes longer than the first of these times; after each

@@ -1,9 +1,8 @@
 //! What is shown: the questions that the server asks about a shader.
 
-use crate::protocol::{Shader, State, Thumbnail};
+use crate::protocol::{Edit, Line, Picture, Saved, Shader, State};
 use osl_files::Stamp;
 use osl_limits::Cancel;
-use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -67,62 +66,12 @@ pub trait Subject: Send {
     fn save(&mut self, state: &State, edit: &Edit) -> Result<Saved, Stop>;
 }
 
-/// A text of a page that is to be saved.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Edit {
-    /// The file, as [`Shader::file`] names it.
-    pub file: String,
-    /// The [`version`](crate::version) of the text that was changed.
-    pub version: String,
-    /// The text.
-    pub text: String,
-}
-
-/// Whether a text was saved, with the [`version`](crate::version) that the file now has.
-#[derive(Clone, Debug)]
-pub enum Saved {
-    /// The file has the text.
-    Done(String),
-    /// The file has another text than the page read, and was not overwritten.
-    Changed(String),
-}
-
-/// What a line of the source does.
-#[derive(Clone, Debug, Default)]
-pub struct Line {
-    /// The variables that it sets, its conditions and its loops.
-    pub pictures: Vec<Thumbnail>,
-    /// How many of these are left out.
-    pub more: usize,
-}
-
 /// A small picture that is shown until the whole one is ready.
 pub struct First<'a> {
     /// Columns and rows of the whole picture for each pixel of the small one.
     pub step: usize,
     /// Shows the small picture. It is called once, or not at all if there is no small picture.
     pub show: &'a mut dyn FnMut(Picture),
-}
-
-/// A picture.
-#[derive(Clone, Debug, Default)]
-pub struct Picture {
-    /// The name of the output.
-    pub output: String,
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Samples of a pixel: 1 is grey, 2 grey and alpha, 3 RGB, 4 RGB and alpha.
-    pub channels: usize,
-    /// The samples, pixel by pixel from the first row on, as an image file stores them.
-    pub samples: Vec<u8>,
-    /// Messages of the run, as objects with `severity`, `message`, and perhaps `file` and `line`.
-    pub messages: Vec<Value>,
-    /// Text that the shader printed.
-    pub text: String,
-    /// The seconds that parts of the work took, each with its name.
-    pub phases: Vec<(&'static str, f64)>,
 }
 
 /// Why there is no answer.

@@ -3,7 +3,7 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::program::{Array, Location, Operand};
+use crate::step::{Array, Location, Operand};
 use osl_lanes::{Arg, Word};
 use osl_simd::Kernel;
 

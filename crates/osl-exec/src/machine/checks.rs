@@ -5,7 +5,7 @@ use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::KernelStep;
+use crate::step::KernelStep;
 use osl_ir::ir::{Const, UNSET_TEXT};
 
 /// The floats of a value.

@@ -3,7 +3,7 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::program::KernelStep;
+use crate::step::KernelStep;
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};
 use smallvec::SmallVec;

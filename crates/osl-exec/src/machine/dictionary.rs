@@ -6,7 +6,7 @@ use super::text::BYTES_A_STEP;
 use crate::arithmetic::ArithmeticImpl;
 use crate::dictionary::{Cost, Start};
 use crate::message::Message;
-use crate::program::{KernelStep, Location};
+use crate::step::{KernelStep, Location};
 use osl_ir::ir::{Const, Kind};
 
 impl<A: ArithmeticImpl> Machine<'_, A> {

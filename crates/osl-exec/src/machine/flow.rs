@@ -3,7 +3,7 @@
 use super::{Machine, Mask};
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::program::{LoopParam, Operand, Steps};
+use crate::step::{LoopParam, Operand, Steps};
 use osl_ir::Span;
 use osl_lanes::{Arg, Word};
 

@@ -4,7 +4,7 @@
 
 use super::Machine;
 use crate::arithmetic::ArithmeticImpl;
-use crate::program::{KernelStep, Location};
+use crate::step::{KernelStep, Location};
 use osl_ir::ir::Kind;
 use osl_lanes::{Arg, Word};
 use osl_noise::hash::{NAN_WORD, hash};

@@ -8,7 +8,7 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::program::{KernelStep, Location, Operand};
+use crate::step::{KernelStep, Location, Operand};
 use osl_lanes::{Arg, Element};
 use osl_numeric::Scalar;
 use osl_numeric::basis;

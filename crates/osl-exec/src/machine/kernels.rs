@@ -5,7 +5,7 @@ use super::mask::Mask;
 use super::memo::{Key, Known};
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::{KernelStep, Operand};
+use crate::step::{KernelStep, Operand};
 use osl_ir::ir::{Const, Kernel, Kind};
 
 impl<A: ArithmeticImpl> Machine<'_, A> {

@@ -8,8 +8,8 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::lanes::{Gather, LaneInput, LaneRun, Move, PIECE, Ready, ReadyArg, ReadyLane};
 use crate::native::{Files, Key, MAX_RUN, Sequence, Waiting};
-use crate::program::{CellLocation, Export, LaneStep, LoadStep, Location, Operand, Step, StoreStep};
 use crate::register::{LINE, Lanes};
+use crate::step::{CellLocation, Export, LaneStep, LoadStep, Location, Operand, Step, StoreStep};
 use osl_ir::ir::MAX_ARGS;
 use osl_lanes::Word;
 

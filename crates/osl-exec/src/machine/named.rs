@@ -6,7 +6,7 @@ use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::KernelStep;
+use crate::step::KernelStep;
 use osl_ir::Span;
 use osl_ir::ir::MessageForm;
 use osl_ir::ir::{MessageMade, other_type, set_late, set_twice};

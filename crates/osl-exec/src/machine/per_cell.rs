@@ -11,8 +11,9 @@ use super::lane::Queue;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::program::{CellInputs, CellLocation, Export, Location, Operand, Program, Steps};
+use crate::program::Program;
 use crate::register::Lanes;
+use crate::step::{CellInputs, CellLocation, Export, Location, Operand, Steps};
 use osl_lanes::{Arg, Word};
 use osl_noise::cells::{self, Cells, MAX_CELLS};
 

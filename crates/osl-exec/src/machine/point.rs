@@ -4,7 +4,7 @@ use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::{KernelStep, Location, Operand};
+use crate::step::{KernelStep, Location, Operand};
 use osl_ir::ir::{Const, Kind};
 use osl_ir::types::{Base, Extent, Type};
 use osl_lanes::{Arg, Word};

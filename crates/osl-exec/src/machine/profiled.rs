@@ -3,7 +3,7 @@
 use super::{Machine, Mask};
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::program::Steps;
+use crate::step::Steps;
 use std::time::Instant;
 
 impl<'a, A: ArithmeticImpl> Machine<'a, A> {

@@ -6,7 +6,7 @@ use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::{KernelStep, Location, Operand};
+use crate::step::{KernelStep, Location, Operand};
 
 /// Steps for a report, besides its text.
 const REPORT: u64 = 40;

@@ -7,7 +7,7 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::program::{Location, Operand};
+use crate::step::{Location, Operand};
 use osl_ir::ir::Kind;
 use osl_lanes::{Arg, Word};
 use osl_simd::Kernel;

@@ -6,7 +6,8 @@ use super::memo::Known;
 use super::runs::Run;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::{Message, Printed};
-use crate::program::{KernelStep, Operand, SERIAL};
+use crate::program::SERIAL;
+use crate::step::{KernelStep, Operand};
 use osl_ir::ir::{Const, Kind, Shape, Sink};
 use osl_ir::text::{self, Flavour, Value};
 use osl_lanes::{Arg, Word};
@@ -203,7 +204,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     pub(super) fn regex(&mut self, whole: bool, places: Option<u32>, step: &KernelStep, mask: &Mask) {
         let array = places.and_then(|p| self.program.arrays.get(p as usize).copied());
         let uniform = array.is_none_or(|a| !a.varying)
-            && step.outs.iter().all(|o| matches!(o.location, crate::program::Location::Words(_)));
+            && step.outs.iter().all(|o| matches!(o.location, crate::step::Location::Words(_)));
         // Lanes with the same text and pattern share the answer, unless they also want the places.
         let runs = match places {
             None => self.runs(&step.args, &step.outs, mask),

@@ -7,7 +7,7 @@ use super::mask::Mask;
 use super::report::is_uniform;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::{KernelStep, Operand};
+use crate::step::{KernelStep, Operand};
 use osl_image::{
     Footprint, Interp, LoadFailure, LookupOptions, Sample, SubImage, Texture, TextureCache, Wrap,
     environment, lookup, lookup_values,

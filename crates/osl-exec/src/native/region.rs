@@ -11,7 +11,7 @@
 use super::plan::{ArraySource, Constants, Files, Writer, lend};
 use super::{Shape, record};
 use crate::lanes::LaneInput;
-use crate::program::{
+use crate::step::{
     Array, KernelStep, LaneStep, LoadStep, Location, LoopParam, Operand, Step, Steps, StoreStep,
 };
 use osl_ir::ir::Kernel;

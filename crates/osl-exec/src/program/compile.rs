@@ -1,9 +1,10 @@
 //! The compiler of one body: assigns locations to values, and turns instructions into steps.
 
 use super::uses::Uses;
-use super::{
+use super::{per_cell, weigh};
+use crate::step::{
     CellInputs, CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark, Operand,
-    OutputPlan, OutputSource, Seed, Step, Steps, StoreStep, per_cell, weigh, words_of,
+    OutputPlan, OutputSource, Seed, Step, Steps, StoreStep,
 };
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
@@ -137,12 +138,12 @@ impl<'a> Compiler<'a> {
             Some(location) => location,
             None => self.define(v),
         };
-        Operand { location, words: words_of(kind), kind }
+        Operand { location, words: kind.words(), kind }
     }
 
     /// Assigns a location to a value. Values of a valid body are defined before they are used.
     fn define(&mut self, v: ValueId) -> Location {
-        let words = words_of(self.body.kind(v));
+        let words = self.body.kind(v).words();
         let location = if self.body.value(v).rate == Rate::Uniform {
             self.words.resize(self.words.len() + words as usize, Seed::Computed);
             Location::Words((self.words.len() - words as usize) as u32)
@@ -243,7 +244,7 @@ impl<'a> Compiler<'a> {
     /// loop.
     fn given(&mut self, inst: &Inst) -> Option<Operand> {
         let result = *inst.results.first()?;
-        let words = words_of(self.body.kind(result));
+        let words = self.body.kind(result).words();
         if self.body.value(result).rate == Rate::Varying {
             let last = self.last_use[result.index()].max(self.position);
             let reg = self.registers.add(words, (self.loops == 0).then_some(last));

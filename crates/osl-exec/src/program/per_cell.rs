@@ -1,6 +1,6 @@
 //! Which values exist once per cell, which of those single points read, and what they depend on.
 
-use super::step::{Location, Operand, Seed, Step};
+use crate::step::{Location, Operand, Seed, Step};
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, Op, Rate, Source, ValueId};
 
 /// The group whose cells have one value each.

@@ -5,7 +5,7 @@
 //! interpreter's work, if a point runs alone. Steps that work lane by lane cost time at each point, so they
 //! are charged by time: [`SERIAL`] steps for 16 nanoseconds.
 
-use super::{Array, Step};
+use crate::step::{Array, Step};
 use osl_ir::ir::{Cost, Kernel, LaneOp};
 
 /// Steps for 16 nanoseconds of work on a single lane.

@@ -9,8 +9,7 @@
 use super::{Allocator, index, register};
 use crate::block::Block;
 use crate::encoder::{Encoder, MemoryOperand, Register};
-use crate::inst::{Inst, Op};
-use crate::region::{Carry, Kind};
+use crate::inst::{Carry, Inst, Kind, Op};
 
 /// Whether an encoder can write the regions of a block: a region must leave half of the registers to others.
 pub(crate) fn carries<E: Encoder>(block: &Block) -> bool {

@@ -1,6 +1,6 @@
-//! The parts of a program: locations of values, steps, and outputs.
+//! The parts of a program: locations of values, steps, and outputs. This module must not know who makes or
+//! executes them.
 
-use super::words_of;
 use crate::arithmetic::ArithmeticImpl;
 use osl_ir::Span;
 use osl_ir::ir::{Const, Kernel, Kind, LaneOp, MAX_ARGS};
@@ -152,10 +152,10 @@ pub(crate) struct Export {
 }
 
 impl LaneStep {
-    pub(super) fn new(op: LaneOp, list: &[Operand], out: Operand, life: (u32, u32)) -> LaneStep {
+    pub(crate) fn new(op: LaneOp, list: &[Operand], out: Operand, life: (u32, u32)) -> LaneStep {
         let mut args = [out; MAX_ARGS];
         args.iter_mut().zip(list).for_each(|(to, from)| *to = *from);
-        let parts = out.words / words_of(op.shape().result).max(1);
+        let parts = out.words / op.shape().result.words().max(1);
         LaneStep { op, args, count: list.len().min(MAX_ARGS) as u8, parts: parts as u8, out, life }
     }
 
