@@ -16,26 +16,26 @@ fn op(name: &str) -> LaneOp {
 /// The comparison of a function with its bound: the number of violations, the largest error as a share of the
 /// bound, and its argument.
 #[derive(Clone, Copy, Default)]
-struct Found {
+struct Comparison {
     beyond: usize,
     worst: f64,
     at: f32,
 }
 
-impl Found {
-    fn worse(self, other: Found) -> Found {
+impl Comparison {
+    fn worse(self, other: Comparison) -> Comparison {
         let worst = if other.worst > self.worst { other } else { self };
-        Found { beyond: self.beyond + other.beyond, ..worst }
+        Comparison { beyond: self.beyond + other.beyond, ..worst }
     }
 }
 
 /// The violations of a function for the words to which its bound applies, for each instruction set.
-fn check(isas: &[Isa], bound: &Bound, words: &[u32]) -> Vec<Found> {
+fn check(isas: &[Isa], bound: &Bound, words: &[u32]) -> Vec<Comparison> {
     let call = |x: &f32| (bound.from..=bound.to).contains(x);
     let kept: Vec<f32> = words.iter().map(|w| f32::from_bits(*w)).filter(call).collect();
     let (n, op) = (kept.len(), op(bound.name));
     if n == 0 {
-        return vec![Found::default(); isas.len()];
+        return vec![Comparison::default(); isas.len()];
     }
     let args: Vec<u64> = kept.iter().map(|x| f64::from(*x).to_bits()).collect();
     let mut exact = vec![0; n];
@@ -51,9 +51,9 @@ fn check(isas: &[Isa], bound: &Bound, words: &[u32]) -> Vec<Found> {
                 share if share.is_nan() => f64::INFINITY,
                 share => share,
             };
-            Found { beyond: usize::from(share > 1.0), worst: share, at: *x }
+            Comparison { beyond: usize::from(share > 1.0), worst: share, at: *x }
         };
-        kept.iter().zip(&got).zip(&exact).map(one).fold(Found::default(), Found::worse)
+        kept.iter().zip(&got).zip(&exact).map(one).fold(Comparison::default(), Comparison::worse)
     };
     isas.iter().map(compare).collect()
 }
@@ -69,9 +69,10 @@ fn all(step: usize) -> Vec<String> {
             let words = (0..LANES).map(|i| start + i * step).take_while(|w| *w < 1 << 32);
             check(&isas, bound, &words.map(|w| w as u32).collect::<Vec<u32>>())
         });
-        let none = || vec![Found::default(); isas.len()];
-        let worse = |a: Vec<Found>, b: Vec<Found>| a.into_iter().zip(b).map(|(a, b)| a.worse(b)).collect();
-        for (isa, Found { beyond, worst, at }) in isas.iter().zip(found.reduce(none, worse)) {
+        let none = || vec![Comparison::default(); isas.len()];
+        let worse =
+            |a: Vec<Comparison>, b: Vec<Comparison>| a.into_iter().zip(b).map(|(a, b)| a.worse(b)).collect();
+        for (isa, Comparison { beyond, worst, at }) in isas.iter().zip(found.reduce(none, worse)) {
             let line = format!("{} {isa:?}: {worst:.3} of the bound at {at:e}, {beyond} beyond", bound.name);
             if step == 1 {
                 eprintln!("{line}");

@@ -78,7 +78,7 @@ impl Documents {
 
 /// A node found by a path: one of a list.
 #[derive(Clone)]
-struct Found {
+struct ListedNode {
     tree: Arc<Tree>,
     list: Arc<[u32]>,
     index: usize,
@@ -109,7 +109,7 @@ pub(crate) struct Cost {
 /// points.
 pub(crate) struct Dictionaries<'a> {
     documents: &'a Documents,
-    nodes: FxHashMap<(Option<usize>, i32), Found>,
+    nodes: FxHashMap<(Option<usize>, i32), ListedNode>,
     /// Hashes of the texts whose documents the batch holds.
     held: FxHashSet<u64>,
 }
@@ -127,7 +127,7 @@ impl<'a> Dictionaries<'a> {
     }
 
     /// A node with a number, for a point or for all points.
-    fn node(&self, of: Option<usize>, number: i32) -> Option<&Found> {
+    fn node(&self, of: Option<usize>, number: i32) -> Option<&ListedNode> {
         self.nodes.get(&(of, number)).or_else(|| self.nodes.get(&(None, number)))
     }
 
@@ -189,11 +189,11 @@ impl<'a> Dictionaries<'a> {
         {
             return Ok(0);
         }
-        Ok(self.know(of, Found { tree, list: list.into(), index: 0, hasher }, affords))
+        Ok(self.know(of, ListedNode { tree, list: list.into(), index: 0, hasher }, affords))
     }
 
     /// Gives a node its number.
-    fn know(&mut self, of: Option<usize>, found: Found, affords: &mut dyn FnMut(Cost) -> bool) -> i32 {
+    fn know(&mut self, of: Option<usize>, found: ListedNode, affords: &mut dyn FnMut(Cost) -> bool) -> i32 {
         let mut hasher = found.hasher.clone();
         found.index.hash(&mut hasher);
         let number = (hasher.finish() >> 33) as i32 | 1;
@@ -216,7 +216,7 @@ impl<'a> Dictionaries<'a> {
         affords: &mut dyn FnMut(Cost) -> bool,
     ) -> i32 {
         let Some(found) = self.node(of, node) else { return 0 };
-        let next = Found { index: found.index + 1, ..found.clone() };
+        let next = ListedNode { index: found.index + 1, ..found.clone() };
         if next.index < next.list.len() { self.know(of, next, affords) } else { 0 }
     }
 

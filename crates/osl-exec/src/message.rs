@@ -167,7 +167,7 @@ impl Points {
 
 /// The messages that are kept once.
 #[derive(Clone, Debug, Default)]
-struct Known {
+struct UniqueMessages {
     list: FxHashMap<Message, Points>,
     sorted: BTreeMap<Order, Message>,
     /// Position of the first message that found no room. Later messages are not kept.
@@ -179,7 +179,7 @@ struct Known {
 #[derive(Clone, Debug, Default)]
 struct Before {
     /// The messages known then, once the batch has changed them.
-    known: Option<Box<Known>>,
+    known: Option<Box<UniqueMessages>>,
     said: usize,
     printed: usize,
     events: usize,
@@ -195,7 +195,7 @@ pub(crate) struct Messages {
     room: Room,
     /// The first point of the current batch.
     batch: usize,
-    known: Known,
+    known: UniqueMessages,
     before: Before,
     said: usize,
     printed: Vec<Printed>,
@@ -357,7 +357,7 @@ impl Messages {
     ) -> (Vec<Said>, Vec<Printed>, Vec<Event>) {
         let (mut list, mut printed, mut events) = (Vec::new(), Vec::new(), Vec::new());
         for mut one in all {
-            let Known { list: known, sorted, end, .. } = one.known;
+            let UniqueMessages { list: known, sorted, end, .. } = one.known;
             for (order, message) in sorted {
                 let count = known.get(&message).map(|points| points.count).filter(|_| end.is_none());
                 list.push((order, Said { message, points: count, first: order.0 }));

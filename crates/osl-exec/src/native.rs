@@ -60,7 +60,7 @@ pub(crate) struct Key(pub(crate) u64);
 
 /// The plans of a program, by the operations and by the number of lanes in a batch.
 #[derive(Debug, Default)]
-pub(crate) struct Plans(Mutex<Made>);
+pub(crate) struct Plans(Mutex<PlanStore>);
 
 /// For what a plan is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -75,7 +75,7 @@ pub(crate) struct Shape {
 type Name = (Shape, Box<[Key]>);
 
 #[derive(Debug, Default)]
-struct Made {
+struct PlanStore {
     plans: FxHashMap<Name, Option<Arc<Plan>>>,
     regions: FxHashMap<(Shape, Form), Option<Arc<RegionPlan>>>,
     bytes: usize,
@@ -84,7 +84,7 @@ struct Made {
 impl Plans {
     /// The plans, unless another machine has them, perhaps to make one: then it is better to interpret for a
     /// while than to wait. With `waits`, waits all the same.
-    fn open(&self, waits: bool) -> Option<MutexGuard<'_, Made>> {
+    fn open(&self, waits: bool) -> Option<MutexGuard<'_, PlanStore>> {
         match self.0.try_lock() {
             Ok(made) => Some(made),
             Err(TryLockError::Poisoned(made)) => Some(made.into_inner()),
@@ -142,7 +142,7 @@ impl Plans {
 /// A queued operation with resolved arguments, and the position at which its result is read for the last
 /// time; positions count the instructions of the program.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Waiting {
+pub(crate) struct QueuedOp {
     pub(crate) ready: Ready,
     pub(crate) at: u32,
     pub(crate) last: u32,
@@ -150,7 +150,7 @@ pub(crate) struct Waiting {
 
 /// Queued operations.
 pub(crate) struct Sequence<'a> {
-    pub(crate) items: Vec<Waiting>,
+    pub(crate) items: Vec<QueuedOp>,
     /// A word of the uniform file, if it is a constant of the program.
     pub(crate) constant: &'a dyn Fn(u32) -> Option<u32>,
 }

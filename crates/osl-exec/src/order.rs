@@ -7,7 +7,7 @@
 
 mod area;
 
-pub(crate) use area::{Area, Part, areas, cut};
+pub(crate) use area::{Area, PlaneArea, areas, cut};
 
 /// Side of a block in points.
 const SIDE: usize = 32;

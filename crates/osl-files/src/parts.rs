@@ -1,4 +1,4 @@
-//! Part files: temporary files that replace their target when complete. This module also cleans up after dead
+//! PartFile files: temporary files that replace their target when complete. This module also cleans up after dead
 //! processes.
 //!
 //! A part file is in the folder of its target, and its writer holds a lock on it. The system releases the
@@ -51,16 +51,16 @@ pub fn abandon() {
 
 /// A part file, which is removed when dropped.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub(crate) struct PartFile {
     /// `None` after it has replaced its target.
     file: Option<NamedTempFile>,
     path: PathBuf,
 }
 
-impl Part {
+impl PartFile {
     /// Creates an empty part file in a folder, with the permissions of any new file. The first one in a
     /// folder also removes those of dead processes.
-    pub(crate) fn new(folder: &Path) -> io::Result<Part> {
+    pub(crate) fn new(folder: &Path) -> io::Result<PartFile> {
         let mut parts = parts()?;
         if !parts.swept.contains(folder) {
             sweep(folder);
@@ -71,7 +71,7 @@ impl Part {
             if claimed(file.as_file()) {
                 let path = file.path().to_owned();
                 parts.own.insert(path.clone());
-                return Ok(Part { file: Some(file), path });
+                return Ok(PartFile { file: Some(file), path });
             }
         }
         Err(io::ErrorKind::ResourceBusy.into())
@@ -98,7 +98,7 @@ impl Part {
     }
 }
 
-impl Drop for Part {
+impl Drop for PartFile {
     fn drop(&mut self) {
         if let Some(file) = self.file.take() {
             let mut parts = PARTS.lock().unwrap_or_else(PoisonError::into_inner);

@@ -5,7 +5,7 @@
 
 use crate::error::{FileError, Kind, SaveError};
 use crate::open;
-use crate::parts::{self, Part};
+use crate::parts::{self, PartFile};
 use crate::roots::Roots;
 use std::ffi::OsStr;
 use std::fs;
@@ -35,7 +35,7 @@ pub struct Unsaved {
 
 #[derive(Debug)]
 enum Content {
-    Part(BufWriter<Part>, Option<fs::Permissions>),
+    Part(BufWriter<PartFile>, Option<fs::Permissions>),
     /// For a pipe or device.
     Bytes(Cursor<Vec<u8>>),
 }
@@ -44,7 +44,7 @@ enum Content {
 pub trait Sink: Write + Seek + Send {}
 impl<T: Write + Seek + Send> Sink for T {}
 
-impl Write for Part {
+impl Write for PartFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file()?.write(bytes)
     }
@@ -54,7 +54,7 @@ impl Write for Part {
     }
 }
 
-impl Seek for Part {
+impl Seek for PartFile {
     fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
         self.file()?.seek(to)
     }
@@ -182,10 +182,10 @@ impl Unsaved {
 /// A file that only has to be renamed; `None` if it was written to a pipe or device.
 struct Ready {
     target: PathBuf,
-    part: Option<Part>,
+    part: Option<PartFile>,
 }
 
-fn completed(file: BufWriter<Part>, permissions: Option<fs::Permissions>) -> Result<Part, FileError> {
+fn completed(file: BufWriter<PartFile>, permissions: Option<fs::Permissions>) -> Result<PartFile, FileError> {
     let mut part = file.into_inner().map_err(|e| FileError::io("write the file")(e.into_error()))?;
     let handle = part.file().map_err(FileError::io("write the file"))?;
     if let Some(permissions) = permissions {
@@ -256,7 +256,7 @@ fn part_beside(target: &Path, permissions: Option<fs::Permissions>) -> Result<Co
     if !folder.is_dir() {
         return Err(FileError::NoFolder(folder.to_owned()));
     }
-    let part = Part::new(folder).map_err(FileError::io("create a file in its folder"))?;
+    let part = PartFile::new(folder).map_err(FileError::io("create a file in its folder"))?;
     Ok(Content::Part(BufWriter::new(part), permissions))
 }
 

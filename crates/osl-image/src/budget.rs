@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use crate::loaded::Loaded;
+use crate::loaded::TextureResult;
 
 /// Approximate memory of a texture besides its samples; it bounds how many tiny ones are kept.
 const OVERHEAD: u64 = 1024;
@@ -18,7 +18,7 @@ const OVERHEAD: u64 = 1024;
 pub(crate) struct Slot {
     /// The inner cell makes threads that want the same texture wait for one read. The lock around it is held
     /// only to fetch or replace the cell, never while a file is read.
-    cell: Mutex<Arc<OnceLock<Loaded>>>,
+    cell: Mutex<Arc<OnceLock<TextureResult>>>,
     /// The clock at the last request for the texture.
     last_used: AtomicU64,
 }
@@ -96,8 +96,8 @@ impl Budget {
     pub(crate) fn get<'a>(
         &'a self,
         slot: &Arc<Slot>,
-        load: impl FnOnce() -> (Loaded, Option<Reservation<'a>>),
-    ) -> Loaded {
+        load: impl FnOnce() -> (TextureResult, Option<Reservation<'a>>),
+    ) -> TextureResult {
         slot.last_used.store(self.clock.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
         let cell = Arc::clone(&lock(&slot.cell));
         let mut is_new = false;

@@ -17,7 +17,7 @@ use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::file;
 use crate::image::SubImage;
-use crate::loaded::{LoadFailure, Loaded, failure};
+use crate::loaded::{LoadFailure, TextureResult, failure};
 use crate::read::read_part;
 use crate::search::{ReadFile, Search};
 use crate::texture::Texture;
@@ -59,7 +59,7 @@ struct Shared {
 struct Slots {
     /// The first image of each file, kept separately so that a lookup need not copy the name.
     first: HashMap<String, Arc<Slot>>,
-    others: HashMap<(String, Part), Arc<Slot>>,
+    others: HashMap<(String, SubImageKey), Arc<Slot>>,
 }
 
 impl Slots {
@@ -77,12 +77,12 @@ impl Slots {
 
 /// An image other than the first.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-enum Part {
+enum SubImageKey {
     Index(usize),
     Name(String),
 }
 
-impl Part {
+impl SubImageKey {
     fn other_than_first(part: SubImage<'_>) -> Option<Self> {
         match part {
             SubImage::Index(0) | SubImage::Name("") => None,
@@ -174,14 +174,14 @@ impl TextureCache {
     /// The first image of the file with this name, read if necessary.
     ///
     /// **Errors**: the failure of that read; every call with this name shares it.
-    pub fn get(&self, name: &str) -> Loaded {
+    pub fn get(&self, name: &str) -> TextureResult {
         self.get_part(name, SubImage::default())
     }
 
     /// One image of the file with this name, read if necessary.
     ///
     /// **Errors**: as for [`TextureCache::get`]; also if the file has no such image.
-    pub fn get_part(&self, name: &str, part: SubImage<'_>) -> Loaded {
+    pub fn get_part(&self, name: &str, part: SubImage<'_>) -> TextureResult {
         self.shared.budget.get(&self.slot(name, part), || self.load(name, part))
     }
 
@@ -193,7 +193,7 @@ impl TextureCache {
     /// row.
     ///
     /// **Errors**: as for [`TextureCache::get_part`]; each square without a file fails separately.
-    pub fn tile(&self, name: &str, part: SubImage<'_>, s: f32, t: f32) -> (Loaded, f32, f32) {
+    pub fn tile(&self, name: &str, part: SubImage<'_>, s: f32, t: f32) -> (TextureResult, f32, f32) {
         if !Self::is_tiled(name) {
             return (self.get_part(name, part), s, t);
         }
@@ -326,7 +326,7 @@ impl TextureCache {
     }
 
     fn slot(&self, name: &str, part: SubImage<'_>) -> Arc<Slot> {
-        let part = Part::other_than_first(part).map(|part| (name.to_owned(), part));
+        let part = SubImageKey::other_than_first(part).map(|part| (name.to_owned(), part));
         // The maps are never left half-changed, so a panic elsewhere does not corrupt them.
         let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
         let known = match &part {
@@ -346,7 +346,7 @@ impl TextureCache {
     }
 
     /// Reads a texture. Also returns the memory that was reserved for reading.
-    fn load(&self, name: &str, part: SubImage<'_>) -> (Loaded, Option<Reservation<'_>>) {
+    fn load(&self, name: &str, part: SubImage<'_>) -> (TextureResult, Option<Reservation<'_>>) {
         let Shared { limits, budget, .. } = &*self.shared;
         let admission = Admission::by_budget(limits, budget);
         let loaded = self.read(name, part, &admission);

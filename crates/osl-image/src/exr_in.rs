@@ -18,7 +18,7 @@ use half::f16;
 use crate::admission::{Admission, Claim};
 use crate::decoded::Decoded;
 use crate::error::ImageError;
-use crate::image::{Header as FileHeader, Opened, StoredType, SubImage};
+use crate::image::{EncodedFile, Header as FileHeader, StoredType, SubImage};
 use crate::texels::Texels;
 use crate::wrap::Wrap;
 use crate::{exr_b44, exr_meta};
@@ -30,11 +30,11 @@ pub(crate) fn is_exr(bytes: &[u8]) -> bool {
 
 /// Decodes one of the flat (not deep) parts.
 pub(crate) fn decode(
-    file: Opened<'_>,
+    file: EncodedFile<'_>,
     admission: &Admission<'_>,
     part: SubImage<'_>,
 ) -> Result<Decoded, ImageError> {
-    let Opened { path, head, length, source } = file;
+    let EncodedFile { path, head, length, source } = file;
     let damaged = |error: Error| ImageError::format(path, format!("not a readable EXR: {error}"));
     let meta = MetaData::read_from_buffered(Cursor::new(&head), false).map_err(|error| {
         if length > head.len() as u64 && !matches!(error, Error::NotSupported(_)) {

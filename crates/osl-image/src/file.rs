@@ -3,13 +3,13 @@
 //! This module must not know image formats.
 
 use crate::error::ImageError;
-use crate::search::Found;
+use crate::search::ImageSource;
 use osl_files::Unsaved;
 use osl_limits::Limits;
 use std::path::Path;
 
 /// A file, if it is not too long.
-pub(crate) fn to_read(file: Found, limits: &Limits) -> Result<Found, ImageError> {
+pub(crate) fn to_read(file: ImageSource, limits: &Limits) -> Result<ImageSource, ImageError> {
     let most = limits.images.file_bytes;
     if file.length > most {
         let reason = format!("is longer than {most} bytes (--limit images.file_bytes=N)");
@@ -19,9 +19,9 @@ pub(crate) fn to_read(file: Found, limits: &Limits) -> Result<Found, ImageError>
 }
 
 /// A file that the user named.
-pub(crate) fn open_named(path: &Path, limits: &Limits) -> Result<Found, ImageError> {
+pub(crate) fn open_named(path: &Path, limits: &Limits) -> Result<ImageSource, ImageError> {
     let file = osl_files::open_named(path).map_err(|error| ImageError::file(path, error))?;
-    to_read(Found::on_disk(file), limits)
+    to_read(ImageSource::on_disk(file), limits)
 }
 
 /// An empty file that will replace the one at a path.

@@ -98,14 +98,14 @@ struct Taps<const K: usize> {
 const EXACT: f32 = 8_388_608.0;
 
 /// The position of a coordinate between the texels of an axis.
-struct Place {
+struct AxisPosition {
     /// The last texel whose center is at or before it.
     below: i64,
     /// The fraction of the distance from there to the next center, in 0..1.
     fraction: f32,
 }
 
-impl Place {
+impl AxisPosition {
     #[inline]
     fn of(s: f32, n: usize) -> Self {
         // Texel i is centered on (i + 0.5) / n.
@@ -164,17 +164,17 @@ impl<const K: usize> Taps<K> {
 }
 
 fn closest(s: f32, axis: Axis) -> Taps<1> {
-    let Place { below, fraction } = Place::of(s, axis.full);
+    let AxisPosition { below, fraction } = AxisPosition::of(s, axis.full);
     Taps::new(below + i64::from(fraction > 0.5), axis, [1.0], [0.0])
 }
 
 fn linear(s: f32, axis: Axis) -> Taps<2> {
-    let Place { below, fraction } = Place::of(s, axis.full);
+    let AxisPosition { below, fraction } = AxisPosition::of(s, axis.full);
     Taps::new(below, axis, [1.0 - fraction, fraction], [-1.0, 1.0])
 }
 
 fn cubic(s: f32, axis: Axis) -> Taps<4> {
-    let Place { below, fraction } = Place::of(s, axis.full);
+    let AxisPosition { below, fraction } = AxisPosition::of(s, axis.full);
     Taps::new(below - 1, axis, b_spline(fraction), b_spline_slope(fraction))
 }
 

@@ -10,15 +10,15 @@ use std::path::Path;
 use crate::admission::{Admission, Claim};
 use crate::decoded::Decoded;
 use crate::error::ImageError;
-use crate::image::{Opened, StoredType, channel_names};
+use crate::image::{EncodedFile, StoredType, channel_names};
 use crate::texels::Texels;
 
 /// A stored pixel: red, green and blue, and their shared exponent.
 type Rgbe = [u8; 4];
 
 /// Decodes a file that starts with the signature of the format.
-pub(crate) fn decode(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
-    let Opened { path, head, source, .. } = file;
+pub(crate) fn decode(file: EncodedFile<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
+    let EncodedFile { path, head, source, .. } = file;
     let bad = |what: &str| ImageError::format(path, what);
     let texts_end = head.windows(2).position(|pair| pair == b"\n\n");
     let start = texts_end.ok_or_else(|| bad("HDR file whose header does not end"))? + 2;

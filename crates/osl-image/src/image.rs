@@ -128,7 +128,7 @@ pub(crate) trait Source: BufRead + Seek {}
 impl<T: BufRead + Seek> Source for T {}
 
 /// What is known of a file before decoding. The path is used only in error messages.
-pub(crate) struct Opened<'a> {
+pub(crate) struct EncodedFile<'a> {
     pub(crate) path: &'a Path,
     /// The first bytes of the file, as many as a header may have.
     pub(crate) head: Vec<u8>,

@@ -15,7 +15,7 @@ use crate::admission::{Admission, Claim};
 use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::hdr_in;
-use crate::image::{Opened, Source, StoredType, channel_names};
+use crate::image::{EncodedFile, Source, StoredType, channel_names};
 use crate::jpeg_head::JpegHead;
 use crate::texels::Texels;
 
@@ -23,7 +23,7 @@ use crate::texels::Texels;
 const PNG_BUFFERS: u64 = 1 << 20;
 
 /// Decodes a file in one of these formats. The error for other files lists all formats that this crate reads.
-pub(crate) fn decode(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
+pub(crate) fn decode(file: EncodedFile<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
     if file.head.starts_with(b"#?RADIANCE") || file.head.starts_with(b"#?RGBE") {
         hdr_in::decode(file, admission)
     } else if file.head.starts_with(b"\x89PNG\r\n\x1a\n") {
@@ -106,8 +106,8 @@ fn decode_png(
     Ok(plain(size, n_channels, (kept, texels)))
 }
 
-fn decode_jpeg(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
-    let Opened { path, length, source, .. } = file;
+fn decode_jpeg(file: EncodedFile<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
+    let EncodedFile { path, length, source, .. } = file;
     // The decoder loads the whole file into memory.
     if length > admission.limits.images.texture_memory {
         let most = admission.limits.images.texture_memory;

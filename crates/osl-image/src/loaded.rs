@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::texture::Texture;
 
 /// A texture, or why there is none.
-pub type Loaded = Result<Arc<Texture>, Arc<LoadFailure>>;
+pub type TextureResult = Result<Arc<Texture>, Arc<LoadFailure>>;
 
 /// Why a texture is missing.
 #[derive(Debug)]

@@ -14,8 +14,8 @@ use crate::admission::Admission;
 use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::file;
-use crate::image::{ImageData, Opened, Source, SubImage};
-use crate::search::Found;
+use crate::image::{EncodedFile, ImageData, Source, SubImage};
+use crate::search::ImageSource;
 use crate::{exr_in, image_in, tiff_in};
 
 /// A source that fails once the command has to stop. Decoders read through it, so each of them notices.
@@ -74,7 +74,7 @@ pub fn read_image_within(path: &Path, limits: &Limits) -> Result<ImageData, Imag
 
 /// Reads one image of an opened file. **Errors**: as for [`read_image`]; also if the file has no such image.
 pub(crate) fn read_part(
-    mut file: Found,
+    mut file: ImageSource,
     part: SubImage<'_>,
     admission: &Admission<'_>,
 ) -> Result<Decoded, ImageError> {
@@ -109,7 +109,7 @@ pub(crate) fn decode(
     let most = admission.limits.images.header_bytes;
     (&mut *source).take(most).read_to_end(&mut head).map_err(unreadable)?;
     source.seek(SeekFrom::Start(0)).map_err(unreadable)?;
-    let file = Opened { path, head, length, source };
+    let file = EncodedFile { path, head, length, source };
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         if exr_in::is_exr(&file.head) {
             exr_in::decode(file, admission, part)

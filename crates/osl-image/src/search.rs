@@ -31,7 +31,7 @@ pub(crate) enum Search {
 }
 
 /// A file to read from.
-pub(crate) struct Found {
+pub(crate) struct ImageSource {
     /// Its name in messages.
     pub(crate) path: PathBuf,
     /// Bytes.
@@ -48,11 +48,11 @@ impl std::fmt::Debug for Search {
     }
 }
 
-impl Found {
+impl ImageSource {
     /// A file on the disk.
-    pub(crate) fn on_disk(file: osl_files::Opened) -> Found {
+    pub(crate) fn on_disk(file: osl_files::Opened) -> ImageSource {
         let (path, length) = (file.path().to_owned(), file.length());
-        Found { path, length, source: Box::new(BufReader::new(file.into_file())) }
+        ImageSource { path, length, source: Box::new(BufReader::new(file.into_file())) }
     }
 }
 
@@ -112,7 +112,7 @@ impl Search {
     }
 
     /// Opens the first file with this name.
-    pub(crate) fn open(&self, name: &str) -> Result<Found, FileError> {
+    pub(crate) fn open(&self, name: &str) -> Result<ImageSource, FileError> {
         match self {
             Search::Folders { folders, roots, trusted } => {
                 let path = Path::new(name);
@@ -122,12 +122,12 @@ impl Search {
                     true => Roots::default().or_anywhere(true).first(&mut places),
                     false => roots.first(&mut places),
                 };
-                found.map(Found::on_disk)
+                found.map(ImageSource::on_disk)
             }
             Search::Given(read) => {
                 let bytes = read(name).ok_or(FileError::NotFound)?;
                 let length = bytes.len() as u64;
-                Ok(Found { path: PathBuf::from(name), length, source: Box::new(Cursor::new(bytes)) })
+                Ok(ImageSource { path: PathBuf::from(name), length, source: Box::new(Cursor::new(bytes)) })
             }
         }
     }

@@ -12,7 +12,7 @@ use tiff::tags::{SampleFormat, Tag};
 use crate::admission::{Admission, Claim};
 use crate::decoded::Decoded;
 use crate::error::ImageError;
-use crate::image::{Header, Opened, Source, StoredType, SubImage, channel_names};
+use crate::image::{EncodedFile, Header, Source, StoredType, SubImage, channel_names};
 use crate::texels::{Texels, bytes_of};
 use crate::tiff_meta;
 use crate::wrap::Wrap;
@@ -28,11 +28,11 @@ pub(crate) fn is_tiff(bytes: &[u8]) -> bool {
 
 /// Decodes one of the pages.
 pub(crate) fn decode(
-    file: Opened<'_>,
+    file: EncodedFile<'_>,
     admission: &Admission<'_>,
     part: SubImage<'_>,
 ) -> Result<Decoded, ImageError> {
-    let Opened { path, length, source, .. } = file;
+    let EncodedFile { path, length, source, .. } = file;
     let damaged = |error: tiff::TiffError| ImageError::format(path, format!("not a readable TIFF: {error}"));
     let mut decoder = Decoder::new(source).map_err(damaged)?.with_limits(limits(admission));
     let levels = tiff_meta::is_texture(&mut decoder);

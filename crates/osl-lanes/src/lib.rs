@@ -74,7 +74,7 @@ pub struct LaneCall<'a, W> {
 const ELEMENTS: usize = 16;
 
 /// One part of a call.
-struct Part<'a, W> {
+struct CallPart<'a, W> {
     args: [Arg<'a, W>; MAX_ARGS],
     out: &'a mut [W],
     n: usize,
@@ -101,7 +101,7 @@ impl<W: Word> LaneCall<'_, W> {
 
     /// Calls `run` with each part.
     #[inline(always)]
-    fn each_part(self, run: impl Fn(Part<'_, W>)) {
+    fn each_part(self, run: impl Fn(CallPart<'_, W>)) {
         let LaneCall { mut args, apart, out, n, stride, parts, .. } = self;
         for part in 0..parts {
             if part > 0 {
@@ -110,14 +110,14 @@ impl<W: Word> LaneCall<'_, W> {
                     *words = &words[apart..];
                 }
             }
-            run(Part { args, out: &mut out[part * stride..], n, stride });
+            run(CallPart { args, out: &mut out[part * stride..], n, stride });
         }
     }
 }
 
 /// One argument. A single value was broadcast before.
 #[inline(always)]
-fn map1<W: Word, A: Lane<W>, O: Lane<W>>(call: Part<'_, W>, f: impl Fn(A) -> O) {
+fn map1<W: Word, A: Lane<W>, O: Lane<W>>(call: CallPart<'_, W>, f: impl Fn(A) -> O) {
     let (n, stride) = (call.n, call.stride);
     let a = A::each(call.args[0].words(), n, stride);
     O::fill(
@@ -145,7 +145,7 @@ macro_rules! fill {
 /// Two arguments. With `FORMS` one of them may be single, otherwise both are lanes.
 #[inline(always)]
 fn map2<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(
-    call: Part<'_, W>,
+    call: CallPart<'_, W>,
     f: impl Fn(A, B) -> O,
 ) {
     let [a, b, ..] = call.args;
@@ -170,7 +170,7 @@ fn map2<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(
 /// Three arguments, all lanes.
 #[inline(always)]
 fn map3<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
-    call: Part<'_, W>,
+    call: CallPart<'_, W>,
     f: impl Fn(A, B, C) -> O,
 ) {
     let [a, b, c, _] = call.args;
@@ -183,10 +183,10 @@ fn map3<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
 /// Four arguments are rare, so there is only one loop, which checks the form of each argument.
 #[inline(always)]
 fn map4<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, D: Lane<W>, O: Lane<W>>(
-    call: Part<'_, W>,
+    call: CallPart<'_, W>,
     f: impl Fn(A, B, C, D) -> O,
 ) {
-    let Part { args, out, n, stride } = call;
+    let CallPart { args, out, n, stride } = call;
     O::fill(
         out,
         n,

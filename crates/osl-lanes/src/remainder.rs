@@ -3,7 +3,7 @@
 //!
 //! This module must not know the arithmetic, see [`osl_numeric::remainder`].
 
-use super::Part;
+use super::CallPart;
 use crate::word::Word;
 use osl_numeric::remainder::remainder;
 
@@ -12,8 +12,8 @@ const BLOCK: usize = 32;
 
 /// The remainders of one part of a call, whose arguments are lanes of words of 32 bits.
 #[inline(always)]
-pub(super) fn part<W: Word>(part: Part<'_, W>) {
-    let Part { args: [a, b, ..], out, n, .. } = part;
+pub(super) fn part<W: Word>(part: CallPart<'_, W>) {
+    let CallPart { args: [a, b, ..], out, n, .. } = part;
     let (a, b) = (W::narrow(a.words()), W::narrow(b.words()));
     let (Some(a), Some(b), Some(out)) = (a, b, W::narrow_mut(&mut out[..n])) else { return };
     let (a, b) = (&a[..n], &b[..n]);

@@ -22,7 +22,7 @@ pub(super) fn of(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) 
 
 /// A place before all uses.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
+pub(super) struct InsertionPoint {
     /// The innermost place, which only code that needs the slots reaches.
     pub(super) inner: Spot,
     /// Outside any branch.
@@ -30,15 +30,15 @@ pub(super) struct Found {
 }
 
 /// The place before all uses of some slots in blocks that run one after another.
-pub(super) fn across(body: &Body, blocks: &[BlockId], slots: &[SlotId]) -> Option<Found> {
+pub(super) fn across(body: &Body, blocks: &[BlockId], slots: &[SlotId]) -> Option<InsertionPoint> {
     let owners = slots.iter().map(|slot| (*slot, 0)).collect();
     let mut found = blocks.iter().filter_map(|block| {
         let (index, inner) = search(body, *block, &owners).remove(&0)?;
-        Some(Found { inner, outer: Spot { block: *block, index } })
+        Some(InsertionPoint { inner, outer: Spot { block: *block, index } })
     });
     let first = found.next()?;
     let inner = if found.next().is_some() { first.outer } else { first.inner };
-    Some(Found { inner, ..first })
+    Some(InsertionPoint { inner, ..first })
 }
 
 /// For each owner, the first instruction of the block that contains a use, and the place before all uses.

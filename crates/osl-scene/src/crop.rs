@@ -3,7 +3,7 @@
 //! This module must not know pictures or samples.
 
 use crate::Grid;
-use crate::grid::Part;
+use crate::grid::GridArea;
 use osl_exec::{Blocks, Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
@@ -15,14 +15,14 @@ use std::ops::Range;
 pub struct Crop {
     /// The whole grid.
     pub grid: Grid,
-    part: Part,
+    part: GridArea,
 }
 
 impl Crop {
     /// All points of a grid.
     pub fn none(grid: Grid) -> Crop {
         let size = [grid.width, grid.height];
-        Crop { grid, part: Part { first: [0; 2], size } }
+        Crop { grid, part: GridArea { first: [0; 2], size } }
     }
 
     /// The points in these columns and rows; columns and rows that the grid lacks are left out.
@@ -33,7 +33,7 @@ impl Crop {
         };
         let (x, width) = within(columns, grid.width);
         let (y, height) = within(rows, grid.height);
-        Crop { grid, part: Part { first: [x, y], size: [width, height] } }
+        Crop { grid, part: GridArea { first: [x, y], size: [width, height] } }
     }
 
     /// Columns and rows.

@@ -24,7 +24,7 @@ pub struct Grid {
 
 /// Some columns and rows of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Part {
+pub(crate) struct GridArea {
     /// Its first column and row.
     pub(crate) first: [usize; 2],
     /// Columns and rows.
@@ -73,7 +73,7 @@ impl Grid {
     /// A global at the points from `first` on of a part; lanes after the last point get its value.
     pub(crate) fn fill_part(
         &self,
-        part: Part,
+        part: GridArea,
         global: Global,
         (first, width): (usize, usize),
         lanes: &mut [f32],
@@ -88,7 +88,7 @@ impl Grid {
         }
     }
 
-    fn fill_coordinate(&self, part: Part, axis: usize, first: usize, lanes: &mut [f32]) {
+    fn fill_coordinate(&self, part: GridArea, axis: usize, first: usize, lanes: &mut [f32]) {
         let (from, n) = (part.first[axis], [self.width, self.height][axis]);
         let [width, height] = part.size;
         let count = lanes.len().min((width * height).saturating_sub(first));
@@ -102,7 +102,7 @@ impl Grid {
     /// A texture coordinate of a point of a part.
     pub(crate) fn attribute_in(
         &self,
-        part: Part,
+        part: GridArea,
         (object, name, element): (&str, &str, Option<usize>),
         point: usize,
     ) -> Option<Datum> {
@@ -112,8 +112,8 @@ impl Grid {
         Some(self.texture_coordinate(axis, self.coordinate(axis, at, [self.width, self.height][axis])))
     }
 
-    fn whole(&self) -> Part {
-        Part { first: [0; 2], size: [self.width, self.height] }
+    fn whole(&self) -> GridArea {
+        GridArea { first: [0; 2], size: [self.width, self.height] }
     }
 }
 

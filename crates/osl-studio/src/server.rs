@@ -82,7 +82,7 @@ impl Server {
                 std::thread::sleep(Duration::from_millis(20));
                 continue;
             };
-            let place = Place::take(&open);
+            let place = ConnectionSlot::take(&open);
             let (gate, make, turn) = (self.gate.clone(), make.clone(), turn.clone());
             let serve = move || {
                 let place = place;
@@ -95,18 +95,18 @@ impl Server {
 }
 
 /// A place among the connections, free again when it is dropped.
-struct Place {
+struct ConnectionSlot {
     open: Arc<AtomicUsize>,
     is_free: bool,
 }
 
-impl Place {
-    fn take(open: &Arc<AtomicUsize>) -> Place {
-        Place { is_free: open.fetch_add(1, Ordering::Relaxed) < MAX_CONNECTIONS, open: open.clone() }
+impl ConnectionSlot {
+    fn take(open: &Arc<AtomicUsize>) -> ConnectionSlot {
+        ConnectionSlot { is_free: open.fetch_add(1, Ordering::Relaxed) < MAX_CONNECTIONS, open: open.clone() }
     }
 }
 
-impl Drop for Place {
+impl Drop for ConnectionSlot {
     fn drop(&mut self) {
         self.open.fetch_sub(1, Ordering::Relaxed);
     }

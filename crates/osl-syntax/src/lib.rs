@@ -164,15 +164,15 @@ pub fn preprocessed(name: &str, text: &str, provider: &dyn SourceProvider, optio
 
 /// Errors reported before parsing: the lines with an error, and the position from which an open comment or
 /// the open arguments of a macro swallowed text.
-struct Told {
+struct EarlierErrors {
     lines: Vec<(String, u32)>,
     swallowed_from: u32,
 }
 
-fn lines_with_errors(found: &[Diagnostic], sources: &SourceMap) -> Told {
+fn lines_with_errors(found: &[Diagnostic], sources: &SourceMap) -> EarlierErrors {
     let open = [errors::UNTERMINATED_COMMENT, errors::UNTERMINATED_INVOCATION];
     let errors = || found.iter().filter(|d| d.is_error());
-    Told {
+    EarlierErrors {
         lines: errors().filter_map(|d| sources.place(d.span)).map(|p| (p.file, p.line)).collect(),
         swallowed_from: errors()
             .filter(|d| open.contains(&d.code))
@@ -183,7 +183,7 @@ fn lines_with_errors(found: &[Diagnostic], sources: &SourceMap) -> Told {
 }
 
 /// Whether a syntax error only repeats an earlier error.
-fn is_echo(d: &Diagnostic, told: &Told, sources: &SourceMap) -> bool {
+fn is_echo(d: &Diagnostic, told: &EarlierErrors, sources: &SourceMap) -> bool {
     let syntax = [errors::SYNTAX, errors::UNCLOSED, errors::STRAY_CLOSER].contains(&d.code);
     let line = sources.place(d.span).map(|p| (p.file, p.line));
     syntax && (d.span.start >= told.swallowed_from || line.is_some_and(|l| told.lines.contains(&l)))

@@ -60,7 +60,7 @@ pub(crate) fn preprocess(
 
 /// A file that was read: the location of its text, and whether `#pragma once` guards it.
 #[derive(Clone)]
-struct Known {
+struct CachedFile {
     text: Arc<str>,
     base: u32,
 }
@@ -84,7 +84,7 @@ struct Preprocessor<'a> {
     output: Vec<PpToken>,
     macros: FxHashMap<Sym, Macro>,
     files: Vec<FileCursor>,
-    known: FxHashMap<String, Known>,
+    known: FxHashMap<String, CachedFile>,
     once: FxHashSet<String>,
     n_includes: u64,
     /// Total bytes of all entered files; a file counts each time it is entered.
@@ -165,7 +165,7 @@ impl<'a> Preprocessor<'a> {
             self.diagnostics.push(errors::too_large(Span::default(), name));
             return;
         };
-        self.known.insert(name.to_owned(), Known { text: text.clone(), base: 0 });
+        self.known.insert(name.to_owned(), CachedFile { text: text.clone(), base: 0 });
         self.predefine();
         self.files.push(FileCursor::new(name, text, 0));
         self.enter_standard();
@@ -256,7 +256,7 @@ impl<'a> Preprocessor<'a> {
                     return;
                 }
                 let base = self.sources.files().last().map_or(0, |f| f.base);
-                let known = Known { text, base };
+                let known = CachedFile { text, base };
                 self.known.insert(name.to_owned(), known.clone());
                 known
             }

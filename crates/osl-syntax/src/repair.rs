@@ -125,7 +125,7 @@ impl Patched {
 }
 
 /// A stream that parses after insertions.
-struct Found {
+struct Repaired {
     insertions: Vec<Insertion>,
     ast: Ast,
     diagnostics: Vec<Diagnostic>,
@@ -139,7 +139,7 @@ pub(crate) fn explain(
     options: &Options,
     sources: &SourceMap,
 ) -> Option<(Ast, Vec<Diagnostic>)> {
-    let Found { insertions, ast, mut diagnostics } =
+    let Repaired { insertions, ast, mut diagnostics } =
         search(stream, text, options, options.limits.reading.repair / MESSAGE_PART)?;
     let mut sorted = insertions.clone();
     sorted.sort_by_key(|i| i.before);
@@ -204,7 +204,7 @@ fn guessed(stream: &Stream, text: &str, insertions: &[Insertion]) -> Vec<Span> {
 }
 
 /// The fewest insertions that make a stream parse; `None` if it parses already, or if none are found.
-fn search(stream: &Stream, text: &str, options: &Options, budget: u64) -> Option<Found> {
+fn search(stream: &Stream, text: &str, options: &Options, budget: u64) -> Option<Repaired> {
     let mut states = vec![Some(State { insertions: Vec::new(), cost: 0 })];
     let mut queue = BinaryHeap::from([(Reverse(0), 0, Reverse(0))]);
     let mut seen = FxHashSet::default();
@@ -216,7 +216,7 @@ fn search(stream: &Stream, text: &str, options: &Options, budget: u64) -> Option
             Ok((ast, found))
                 if !found.list.iter().any(Diagnostic::is_error) && !state.insertions.is_empty() =>
             {
-                return Some(Found { insertions: state.insertions, ast, diagnostics: found.list });
+                return Some(Repaired { insertions: state.insertions, ast, diagnostics: found.list });
             }
             Ok(_) => continue,
             Err((failure, _)) => failure,

@@ -13,15 +13,15 @@ use std::ops::Range;
 const ELEMENT: u64 = 1;
 
 /// A range in the text pool of a tree.
-type Place = (u32, u32);
+type TextRange = (u32, u32);
 
 #[derive(Clone, Copy, Debug)]
 struct Element {
-    name: Place,
+    name: TextRange,
     /// Its range in the list of attributes.
     attributes: (u32, u32),
     /// Text of the element and its descendants.
-    text: Place,
+    text: TextRange,
     /// The first element after its descendants.
     end: u32,
 }
@@ -31,18 +31,18 @@ struct Element {
 pub(super) struct Tree {
     elements: Vec<Element>,
     /// Names and values.
-    attributes: Vec<(Place, Place)>,
+    attributes: Vec<(TextRange, TextRange)>,
     /// Names of elements, names and values of attributes.
     words: String,
     /// The text of all elements.
     texts: String,
 }
 
-fn piece(pool: &str, (start, end): Place) -> &str {
+fn piece(pool: &str, (start, end): TextRange) -> &str {
     pool.get(start as usize..end as usize).unwrap_or("")
 }
 
-fn push(pool: &mut String, text: &str) -> Place {
+fn push(pool: &mut String, text: &str) -> TextRange {
     let start = pool.len() as u32;
     pool.push_str(text);
     (start, pool.len() as u32)

@@ -2,7 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
-use super::memo::{Key, Known};
+use super::memo::{Key, MemoEntry};
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
 use crate::step::{KernelStep, Operand};
@@ -101,7 +101,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             let lane = run.first;
             let key = self.key(&step.args, lane);
             let word = match key.and_then(|key| memo.find(&key)) {
-                Some(Known { word, cost }) => {
+                Some(MemoEntry { word, cost }) => {
                     self.work.pay_steps(cost);
                     word
                 }
@@ -110,7 +110,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                     self.set_value(*out, lane, &result);
                     let word = self.word(*out, lane);
                     if let Some(key) = key {
-                        memo.keep(key, Known { word, cost: self.work.of_lane() });
+                        memo.keep(key, MemoEntry { word, cost: self.work.of_lane() });
                     }
                     word
                 }

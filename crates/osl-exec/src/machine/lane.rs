@@ -7,7 +7,7 @@ use super::{Machine, Mask};
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::lanes::{Gather, LaneInput, LaneRun, Move, PIECE, Ready, ReadyArg, ReadyLane};
-use crate::native::{Files, Key, MAX_RUN, Sequence, Waiting};
+use crate::native::{Files, Key, MAX_RUN, QueuedOp, Sequence};
 use crate::register::{LINE, Lanes};
 use crate::step::{CellLocation, Export, LaneStep, LoadStep, Location, Operand, Step, StoreStep};
 use osl_ir::ir::MAX_ARGS;
@@ -187,7 +187,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     }
 
     /// A queued item with resolved arguments.
-    fn waiting(&self, item: &Item<'_>) -> Waiting {
+    fn waiting(&self, item: &Item<'_>) -> QueuedOp {
         match item {
             Item::Lane(step) => {
                 let (at, last) = step.life;
@@ -197,7 +197,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                         (self.per_cell.register(reg, cells) as u32, component * self.width as u32)
                     }
                 };
-                Waiting { ready: Ready::Lane(self.ready(step, out, self.width)), at, last }
+                QueuedOp { ready: Ready::Lane(self.ready(step, out, self.width)), at, last }
             }
             Item::Gather(export, cells) => {
                 let out = match export.value.location {
@@ -208,15 +208,15 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
                     if let Location::Lanes { component, .. } = export.value.location { component } else { 0 };
                 let words = export.value.words as u8;
                 let gather = Gather { group: cells.group, from: (cells.reg, component), words, out };
-                Waiting { ready: Ready::Gather(gather), at: 0, last: export.last }
+                QueuedOp { ready: Ready::Gather(gather), at: 0, last: export.last }
             }
             Item::Load(step, word) => {
                 let (at, last) = step.life;
-                Waiting { ready: Ready::Load(self.moved((step.array, *word), step.out)), at, last }
+                QueuedOp { ready: Ready::Load(self.moved((step.array, *word), step.out)), at, last }
             }
             Item::Store(step, word) => {
                 let ready = Ready::Store(self.moved((step.array, *word), step.value));
-                Waiting { ready, at: step.at, last: step.at }
+                QueuedOp { ready, at: step.at, last: step.at }
             }
         }
     }

@@ -34,7 +34,7 @@ impl<W: Word> Key<W> {
 
 /// A result and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Known<W> {
+pub(super) struct MemoEntry<W> {
     pub(super) word: W,
     /// The steps that it takes, in the unit of its step.
     pub(super) cost: u64,
@@ -45,7 +45,7 @@ struct Entry<W> {
     /// The step that made it.
     round: u64,
     key: Key<W>,
-    result: Known<W>,
+    result: MemoEntry<W>,
 }
 
 /// The results of the current step.
@@ -59,19 +59,19 @@ impl<W: Word> Memo<W> {
     /// Begins another step, or the same one in another batch.
     pub(super) fn begin(&mut self) {
         self.round += 1;
-        let result = Known { word: W::default(), cost: 0 };
+        let result = MemoEntry { word: W::default(), cost: 0 };
         let entry = Entry { round: 0, key: Key([W::default(); MAX_WORDS]), result };
         self.entries.resize(PLACES, entry);
     }
 
     /// The result for some arguments, if it is known.
-    pub(super) fn find(&self, key: &Key<W>) -> Option<Known<W>> {
+    pub(super) fn find(&self, key: &Key<W>) -> Option<MemoEntry<W>> {
         let entry = self.entries.get(key.place())?;
         (entry.round == self.round && entry.key == *key).then_some(entry.result)
     }
 
     /// Keeps a result.
-    pub(super) fn keep(&mut self, key: Key<W>, result: Known<W>) {
+    pub(super) fn keep(&mut self, key: Key<W>, result: MemoEntry<W>) {
         if let Some(entry) = self.entries.get_mut(key.place()) {
             *entry = Entry { round: self.round, key, result };
         }
@@ -94,8 +94,8 @@ mod tests {
             memo.begin();
             for n in 0..1000 {
                 assert_eq!(memo.find(&key(&[n, 7])), None, "step {step}");
-                memo.keep(key(&[n, 7]), Known { word: n * step, cost: u64::from(n) });
-                assert_eq!(memo.find(&key(&[n, 7])), Some(Known { word: n * step, cost: u64::from(n) }));
+                memo.keep(key(&[n, 7]), MemoEntry { word: n * step, cost: u64::from(n) });
+                assert_eq!(memo.find(&key(&[n, 7])), Some(MemoEntry { word: n * step, cost: u64::from(n) }));
             }
             let known = (0..1000).filter_map(|n| Some((n, memo.find(&key(&[n, 7]))?)));
             let known: Vec<_> = known.collect();

@@ -2,7 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
-use super::memo::Known;
+use super::memo::MemoEntry;
 use super::runs::Run;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::{Message, Printed};
@@ -225,7 +225,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 return;
             };
             let key = self.key(&step.args, lane).filter(|_| places.is_none());
-            let Known { word, cost } = match key.and_then(|key| memo.find(&key)) {
+            let MemoEntry { word, cost } = match key.and_then(|key| memo.find(&key)) {
                 Some(known) => {
                     if !self.work.affords(known.cost) {
                         return;
@@ -236,7 +236,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 None => {
                     let Some((found, cost)) = self.search_text(whole, &s, &pattern) else { return };
                     let groups = found.as_ref().ok().and_then(Option::as_ref);
-                    let known = Known { word: A::Word::of(groups.is_some().into()), cost };
+                    let known = MemoEntry { word: A::Word::of(groups.is_some().into()), cost };
                     if let (Some(array), Some(places)) = (array, places) {
                         self.work.pay(u64::from(array.len) * PLACE);
                         for index in 0..array.len as usize {

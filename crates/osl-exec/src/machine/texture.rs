@@ -21,7 +21,7 @@ use std::sync::Arc;
 struct Options {
     lookup: LookupOptions,
     /// The image in the file, by number or name.
-    part: Part,
+    part: OwnedSubImage,
     /// The channels in place of a missing file; without them, a missing file is an error.
     missing: Option<[Option<f32>; 4]>,
 }
@@ -36,30 +36,30 @@ impl Options {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Part {
+enum OwnedSubImage {
     Index(usize),
     Name(Arc<str>),
 }
 
-impl Default for Part {
+impl Default for OwnedSubImage {
     fn default() -> Self {
-        Part::Index(0)
+        OwnedSubImage::Index(0)
     }
 }
 
-impl Part {
+impl OwnedSubImage {
     fn sub_image(&self) -> SubImage<'_> {
         match self {
-            Part::Index(index) => SubImage::Index(*index),
-            Part::Name(name) => SubImage::Name(name),
+            OwnedSubImage::Index(index) => SubImage::Index(*index),
+            OwnedSubImage::Name(name) => SubImage::Name(name),
         }
     }
 }
 
 /// The texture of the previous lane.
-struct Opened {
+struct LastTexture {
     number: u32,
-    part: Part,
+    part: OwnedSubImage,
     /// Whether the name is tiled, with a texture for each unit square.
     tiled: bool,
     texture: Result<Arc<Texture>, Failure>,
@@ -123,7 +123,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let (values, derivs) = rest.split_at(options.len().min(rest.len()));
         let derivs = if footprint { derivs } else { &[] };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
-        let mut opened: Option<Opened> = None;
+        let mut opened: Option<LastTexture> = None;
         let mut missing = Missing::default();
         let is_shared = self.are_single(values);
         let mut given = Options::default();
@@ -190,7 +190,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let (values, changes) = rest.split_at(options.len().min(rest.len()));
         let changes = if footprint { changes } else { &[] };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
-        let mut opened: Option<Opened> = None;
+        let mut opened: Option<LastTexture> = None;
         let mut missing = Missing::default();
         let is_shared = self.are_single(values);
         let mut given = Options::default();
@@ -225,7 +225,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     pub(super) fn volume(&mut self, options: &[TextureOption], quiet: bool, step: &KernelStep, mask: &Mask) {
         let [name, values @ ..] = &step.args[..] else { return };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
-        let mut opened: Option<Opened> = None;
+        let mut opened: Option<LastTexture> = None;
         let mut missing = Missing::default();
         let is_shared = self.are_single(values);
         let mut given = Options::default();
@@ -330,8 +330,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     /// texture of the previous lane is reused.
     fn opened<'o>(
         &self,
-        last: &'o mut Option<Opened>,
-        (number, part): (u32, &Part),
+        last: &'o mut Option<LastTexture>,
+        (number, part): (u32, &OwnedSubImage),
         (s, t): (f32, f32),
     ) -> (Result<&'o Arc<Texture>, &'o Failure>, f32, f32) {
         // It stays where it is, because most lanes only ask whether it is still the same.
@@ -347,7 +347,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 let hole = tiled && why.is_missing() && !textures.tiles(&name).is_empty();
                 Failure { name, why, hole }
             });
-            Opened { number, part: part.clone(), tiled, texture }
+            LastTexture { number, part: part.clone(), tiled, texture }
         });
         (opened.texture.as_ref(), s, t)
     }
@@ -405,9 +405,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                     missing[if channels == 1 { 1 } else { 3 }] = Some(number);
                 }
                 TextureOption::SubImage => {
-                    given.part = Part::Index(usize::try_from(word as i32).unwrap_or(0))
+                    given.part = OwnedSubImage::Index(usize::try_from(word as i32).unwrap_or(0))
                 }
-                TextureOption::SubImageName => given.part = Part::Name(self.text(word)),
+                TextureOption::SubImageName => given.part = OwnedSubImage::Name(self.text(word)),
             }
         }
         given

@@ -6,7 +6,7 @@
 //! although values go through memory from one to the next. This module must not know what the operations
 //! compute.
 
-use super::Waiting;
+use super::QueuedOp;
 use crate::lanes::Ready;
 use osl_native::Block;
 use std::ops::Range;
@@ -31,7 +31,7 @@ pub(super) fn is_faster<'a>(parts: impl Iterator<Item = &'a Block>, whole: &Bloc
 
 /// The parts of a sequence, each a loop. `ends` has the number of operations up to the end of each item. Cuts
 /// are where the fewest values are needed later.
-pub(super) fn parts(items: &[Waiting], ends: &[usize]) -> Vec<Range<usize>> {
+pub(super) fn parts(items: &[QueuedOp], ends: &[usize]) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let mut start = 0;
     while start < items.len() {
@@ -53,13 +53,13 @@ pub(super) fn parts(items: &[Waiting], ends: &[usize]) -> Vec<Range<usize>> {
 }
 
 /// Number of words of the items before a cut that are read after it.
-fn live(items: &[Waiting], cut: usize) -> usize {
+fn live(items: &[QueuedOp], cut: usize) -> usize {
     let (before, after) = items.split_at(cut);
     let Some(end) = before.iter().map(|item| item.at).max().filter(|_| !after.is_empty()) else { return 0 };
     before.iter().filter(|item| item.last > end).map(words).sum()
 }
 
-fn words(item: &Waiting) -> usize {
+fn words(item: &QueuedOp) -> usize {
     match item.ready {
         Ready::Lane(step) => {
             usize::from(step.parts) * usize::from(step.through) * step.op.shape().result.words() as usize
@@ -77,16 +77,16 @@ mod tests {
     use osl_ir::ir::{LaneOp, MAX_ARGS};
 
     /// A sum whose result is read for the last time at a position.
-    fn item(at: u32, last: u32) -> Waiting {
+    fn item(at: u32, last: u32) -> QueuedOp {
         let args = [ReadyArg { from: LaneInput::Words(0), words: 1, apart: 0 }; MAX_ARGS];
         let step = ReadyLane { op: LaneOp::FAdd, parts: 1, through: 1, count: 2, out: (at, 0), args };
-        Waiting { ready: Ready::Lane(step), at, last }
+        QueuedOp { ready: Ready::Lane(step), at, last }
     }
 
     #[test]
     fn cuts_are_where_the_fewest_values_are_needed() {
         // In each group of ten, all values are read by the last one, which the next group reads.
-        let items: Vec<Waiting> = (0..100).map(|at| item(at, at / 10 * 10 + 9 + at % 10 / 9)).collect();
+        let items: Vec<QueuedOp> = (0..100).map(|at| item(at, at / 10 * 10 + 9 + at % 10 / 9)).collect();
         let ends: Vec<usize> = (1..=100).map(|count| count * 8).collect();
         let parts = parts(&items, &ends);
         assert!(parts.len() > 4, "{parts:?}");
@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn a_long_item_is_a_part() {
-        let items: Vec<Waiting> = (0..3).map(|at| item(at, at + 1)).collect();
+        let items: Vec<QueuedOp> = (0..3).map(|at| item(at, at + 1)).collect();
         assert_eq!(parts(&items, &[500, 510, 1000]), [0..1, 1..2, 2..3]);
         assert_eq!(parts(&items, &[5, 10, 15]).len(), 1);
     }

@@ -1,6 +1,6 @@
 //! Plans: which operations of a sequence become code, and which are interpreted in between.
 
-use super::{Sequence, Shape, Style, Waiting, cut, record};
+use super::{QueuedOp, Sequence, Shape, Style, cut, record};
 use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::{Gather, LaneInput, LaneRun, Move, PIECE, Ready, ReadyLane};
 use crate::register::Lanes;
@@ -16,11 +16,11 @@ use std::ops::Range;
 /// How a sequence is executed.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    parts: Vec<Part>,
+    parts: Vec<Segment>,
 }
 
 #[derive(Debug)]
-enum Part {
+enum Segment {
     Code { code: Code, arrays: Vec<ArraySource> },
     Lanes(Vec<Ready>),
 }
@@ -88,7 +88,7 @@ impl<'f, W> Files<'f, W> {
 impl Plan {
     /// The plan of a sequence for batches of a shape; `None` if no part of it can be code.
     pub(super) fn new(sequence: &Sequence<'_>, shape: Shape) -> Option<Plan> {
-        let is_known = |waiting: &Waiting| match waiting.ready {
+        let is_known = |waiting: &QueuedOp| match waiting.ready {
             Ready::Lane(step) => record::is_known(step.op, shape.style),
             _ => true,
         };
@@ -97,10 +97,10 @@ impl Plan {
             if is_known(part.first()?) {
                 compile(part, sequence.constant, shape, &mut parts)?;
             } else {
-                parts.push(Part::Lanes(part.iter().map(|waiting| waiting.ready).collect()));
+                parts.push(Segment::Lanes(part.iter().map(|waiting| waiting.ready).collect()));
             }
         }
-        parts.iter().any(|part| matches!(part, Part::Code { .. })).then_some(Plan { parts })
+        parts.iter().any(|part| matches!(part, Segment::Code { .. })).then_some(Plan { parts })
     }
 
     /// Bytes of its code.
@@ -108,8 +108,8 @@ impl Plan {
         self.parts
             .iter()
             .map(|part| match part {
-                Part::Code { code, .. } => code.size(),
-                Part::Lanes(_) => 0,
+                Segment::Code { code, .. } => code.size(),
+                Segment::Lanes(_) => 0,
             })
             .sum()
     }
@@ -130,8 +130,8 @@ impl Plan {
             let lanes = start..width.min(start + piece);
             for part in &self.parts {
                 match part {
-                    Part::Code { code, arrays } => call(code, arrays, files, lanes.clone(), scratch),
-                    Part::Lanes(steps) => A::lanes(isa, files.run(isa, steps, width, lanes.clone())),
+                    Segment::Code { code, arrays } => call(code, arrays, files, lanes.clone(), scratch),
+                    Segment::Lanes(steps) => A::lanes(isa, files.run(isa, steps, width, lanes.clone())),
                 }
             }
             start = lanes.end;
@@ -187,7 +187,7 @@ fn next<'f, W>(rest: &mut &'f mut [Lanes<W>], passed: &mut usize, number: u32) -
 }
 
 /// Compiles operations that can all become code, as one loop or as several.
-fn compile(run: &[Waiting], constant: Constants<'_>, shape: Shape, parts: &mut Vec<Part>) -> Option<()> {
+fn compile(run: &[QueuedOp], constant: Constants<'_>, shape: Shape, parts: &mut Vec<Segment>) -> Option<()> {
     let (whole, arrays, ends) = block(run, constant, shape)?;
     let part = |items| block(&run[items], constant, shape).map(|(block, arrays, _)| (block, arrays));
     let several = || cut::parts(run, &ends).into_iter().map(part).collect::<Option<Vec<_>>>();
@@ -195,7 +195,7 @@ fn compile(run: &[Waiting], constant: Constants<'_>, shape: Shape, parts: &mut V
     let several = several.filter(|parts| cut::is_faster(parts.iter().map(|part| &part.0), &whole));
     let loops = several.unwrap_or_else(|| vec![(whole, arrays)]);
     for (block, arrays) in loops {
-        parts.push(Part::Code { code: Code::new(&block, shape.target)?, arrays });
+        parts.push(Segment::Code { code: Code::new(&block, shape.target)?, arrays });
     }
     Some(())
 }
@@ -203,7 +203,7 @@ fn compile(run: &[Waiting], constant: Constants<'_>, shape: Shape, parts: &mut V
 /// The block of operations that can all become code, its arrays, and the number of operations up to the end
 /// of each item.
 pub(super) fn block(
-    run: &[Waiting],
+    run: &[QueuedOp],
     constant: Constants<'_>,
     shape: Shape,
 ) -> Option<(Block, Vec<ArraySource>, Vec<usize>)> {

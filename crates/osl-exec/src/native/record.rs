@@ -59,7 +59,7 @@ pub(super) fn operation(block: &mut Block, op: LaneOp, args: &[Value], style: St
 type RecordedFastFloat<'a> = FastFloat<true, Float<'a>>;
 
 /// An argument or a result of a body.
-trait Part<'a>: Copy {
+trait BodyValue<'a>: Copy {
     /// The argument that consists of the next words.
     fn take(words: &mut impl Iterator<Item = Word<'a>>) -> Option<Self>;
     /// Appends the words of a result.
@@ -68,7 +68,7 @@ trait Part<'a>: Copy {
 
 macro_rules! parts {
     ($($ty:ty: $x:ident => $word:expr, $of:expr;)*) => {$(
-        impl<'a> Part<'a> for $ty {
+        impl<'a> BodyValue<'a> for $ty {
             fn take(words: &mut impl Iterator<Item = Word<'a>>) -> Option<Self> {
                 words.next().map($of)
             }
@@ -86,7 +86,7 @@ parts! {
     RecordedFastFloat<'a>: x => x.0.0, |word| FastFloat(Float(word));
 }
 
-impl<'a, T: Part<'a>, const N: usize> Part<'a> for [T; N] {
+impl<'a, T: BodyValue<'a>, const N: usize> BodyValue<'a> for [T; N] {
     fn take(words: &mut impl Iterator<Item = Word<'a>>) -> Option<Self> {
         let mut all = [T::take(words)?; N];
         for part in all.iter_mut().skip(1) {

@@ -95,8 +95,8 @@ impl Case {
         Case { step, registers, words, out }
     }
 
-    fn waiting(&self) -> Waiting {
-        Waiting { ready: Ready::Lane(self.step), at: 0, last: 1 }
+    fn waiting(&self) -> QueuedOp {
+        QueuedOp { ready: Ready::Lane(self.step), at: 0, last: 1 }
     }
 
     /// The result, as `run` computes it.

@@ -22,20 +22,20 @@ pub(crate) struct Area {
 /// The part of a plane that the points of an area write: one slice with all rows if the area is as wide as
 /// the image, else a slice for each row.
 #[derive(Debug)]
-pub(crate) struct Part<'a, W> {
+pub(crate) struct PlaneArea<'a, W> {
     slices: SmallVec<[&'a mut [W]; 1]>,
 }
 
-impl<W> Default for Part<'_, W> {
+impl<W> Default for PlaneArea<'_, W> {
     fn default() -> Self {
-        Part { slices: SmallVec::new() }
+        PlaneArea { slices: SmallVec::new() }
     }
 }
 
-impl<'a, W> Part<'a, W> {
+impl<'a, W> PlaneArea<'a, W> {
     /// All words of some points, in one slice.
-    pub(crate) fn of(words: &'a mut [W]) -> Part<'a, W> {
-        Part { slices: smallvec::smallvec![words] }
+    pub(crate) fn of(words: &'a mut [W]) -> PlaneArea<'a, W> {
+        PlaneArea { slices: smallvec::smallvec![words] }
     }
 
     /// Whether nothing is to be written.
@@ -68,8 +68,9 @@ pub(crate) fn areas(points: Range<usize>, size: usize) -> Vec<Area> {
 }
 
 /// Cuts a plane, which may be empty, into the parts of areas without blocks.
-pub(crate) fn cut<'p, W>(areas: &[Area], mut plane: &'p mut [W]) -> Vec<Part<'p, W>> {
-    let part = |area: &Area| Part { slices: plane.split_off_mut(..area.points.len()).into_iter().collect() };
+pub(crate) fn cut<'p, W>(areas: &[Area], mut plane: &'p mut [W]) -> Vec<PlaneArea<'p, W>> {
+    let part =
+        |area: &Area| PlaneArea { slices: plane.split_off_mut(..area.points.len()).into_iter().collect() };
     areas.iter().map(part).collect()
 }
 
@@ -95,8 +96,8 @@ impl Blocks {
     }
 
     /// Cuts the rows of a plane, which may be empty, into the parts of areas.
-    pub(crate) fn cut<'p, W>(&self, areas: &[Area], mut plane: &'p mut [W]) -> Vec<Part<'p, W>> {
-        let mut parts: Vec<Part<'p, W>> = areas.iter().map(|_| Part::default()).collect();
+    pub(crate) fn cut<'p, W>(&self, areas: &[Area], mut plane: &'p mut [W]) -> Vec<PlaneArea<'p, W>> {
+        let mut parts: Vec<PlaneArea<'p, W>> = areas.iter().map(|_| PlaneArea::default()).collect();
         let mut left = &mut parts[..];
         for row in areas.chunk_by(|a, b| a.y == b.y) {
             let height = row.first().map_or(0, |area| area.height);
@@ -115,7 +116,13 @@ impl Blocks {
     }
 
     /// Sorts the words of the points from `first` on into their part of a plane.
-    pub(crate) fn scatter<W: Copy>(&self, first: usize, words: &[W], area: &Area, part: &mut Part<'_, W>) {
+    pub(crate) fn scatter<W: Copy>(
+        &self,
+        first: usize,
+        words: &[W],
+        area: &Area,
+        part: &mut PlaneArea<'_, W>,
+    ) {
         let mut done = 0;
         while done < words.len() {
             let piece = self.piece(first + done);
@@ -184,7 +191,7 @@ mod tests {
             blocks.scatter(area.points.start, &words, area, part);
         }
         assert!(image.iter().enumerate().all(|(at, word)| (start + at) as u32 == *word));
-        assert!(blocks.cut::<f64>(&areas, &mut []).iter().all(Part::is_empty));
+        assert!(blocks.cut::<f64>(&areas, &mut []).iter().all(PlaneArea::is_empty));
         assert_eq!(blocks.cut::<f64>(&areas, &mut []).len(), areas.len());
     }
 

@@ -6,7 +6,7 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::machine::{Component, Machine};
 use crate::message::Messages;
-use crate::order::{Area, Part};
+use crate::order::{Area, PlaneArea};
 use crate::profile::Profile;
 use crate::register::LINE;
 use std::ops::Add;
@@ -47,8 +47,8 @@ pub(super) struct Tile {
 
 /// The part of a plane that a tile writes: its words, and doubles if the plane has them.
 pub(super) struct Piece<'a> {
-    pub(super) words: Part<'a, u32>,
-    pub(super) wide: Part<'a, f64>,
+    pub(super) words: PlaneArea<'a, u32>,
+    pub(super) wide: PlaneArea<'a, f64>,
 }
 
 /// A worker with its machines.
@@ -103,7 +103,7 @@ impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
         let mut own = std::mem::take(&mut self.own);
         own.resize_with(self.work.planes(), Vec::new);
         own.iter_mut().for_each(|words| words.resize(area.points.len(), 0));
-        let piece = |words| Piece { words: Part::of(words), wide: Part::default() };
+        let piece = |words| Piece { words: PlaneArea::of(words), wide: PlaneArea::default() };
         let tile = self.shade(index, area, own.iter_mut().map(|words| piece(words)).collect());
         if tile.stop.is_none() {
             look(index, &own.iter().map(|words| &words[..]).collect::<Vec<_>>());

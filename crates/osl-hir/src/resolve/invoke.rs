@@ -2,7 +2,7 @@
 
 use super::errors;
 use super::init::convert_to;
-use super::overload::{Candidate, Given};
+use super::overload::{CallArgument, Candidate};
 use super::{FunctionSymbol, Resolver};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature};
 use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, Init, OperationCall, Step};
@@ -12,7 +12,7 @@ use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
 
 impl Resolver<'_> {
-    pub(super) fn invoke(&mut self, candidate: Candidate, given: Vec<Given>, span: Span) -> Expr {
+    pub(super) fn invoke(&mut self, candidate: Candidate, given: Vec<CallArgument>, span: Span) -> Expr {
         match candidate {
             Candidate::User(f) => self.invoke_user(&f, given, span),
             Candidate::Builtin { row, overload, signature } => {
@@ -21,7 +21,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn invoke_user(&mut self, f: &FunctionSymbol, given: Vec<Given>, span: Span) -> Expr {
+    fn invoke_user(&mut self, f: &FunctionSymbol, given: Vec<CallArgument>, span: Span) -> Expr {
         if f.operation {
             return self.invoke_operation(f, given, span);
         }
@@ -29,8 +29,10 @@ impl Resolver<'_> {
             .into_iter()
             .zip(&f.formals)
             .map(|(g, formal)| match g {
-                Given::List(id, _) => Arg::Copy { value: self.argument_list(formal.0, id), back: None },
-                Given::Value(v) => {
+                CallArgument::List(id, _) => {
+                    Arg::Copy { value: self.argument_list(formal.0, id), back: None }
+                }
+                CallArgument::Value(v) => {
                     self.check_output_argument(*formal, &v);
                     self.argument(*formal, v)
                 }
@@ -71,7 +73,7 @@ impl Resolver<'_> {
 
     /// A call of a function that is marked as an operation of the renderer: a closure with any name, a
     /// library function, or an operation that only some renderers know.
-    fn invoke_operation(&mut self, f: &FunctionSymbol, given: Vec<Given>, span: Span) -> Expr {
+    fn invoke_operation(&mut self, f: &FunctionSymbol, given: Vec<CallArgument>, span: Span) -> Expr {
         let signature = f.signature();
         let formals = f.formals.len();
         let mut args = self.arguments(&signature, given, span);
@@ -87,7 +89,7 @@ impl Resolver<'_> {
             && let Some((row, overload)) = self.library_form(f)
             && let Some(signature) = row.signatures().get(overload)
         {
-            let given = args.into_iter().map(Given::Value).collect();
+            let given = args.into_iter().map(CallArgument::Value).collect();
             return self.invoke_builtin(row, overload, signature, given, span);
         }
         let call = OperationCall { name: f.name.clone(), formals, args };
@@ -98,9 +100,9 @@ impl Resolver<'_> {
     fn library_form(&self, f: &FunctionSymbol) -> Option<(&'static Builtin, usize)> {
         let row = builtins::find(&f.name)?;
         let formal = |(ty, _): &(Type, bool)| {
-            Given::Value(Expr { ty: *ty, kind: ExprKind::Error, span: Span::default() })
+            CallArgument::Value(Expr { ty: *ty, kind: ExprKind::Error, span: Span::default() })
         };
-        let formals: Vec<Given> = f.formals.iter().map(formal).collect();
+        let formals: Vec<CallArgument> = f.formals.iter().map(formal).collect();
         let forms = row.signatures().iter().enumerate().filter(|(_, s)| s.ret == f.ret);
         let scored = forms.filter_map(|(at, s)| Some((self.score_signature(s, &formals)?, at)));
         // Of several equal candidates, the first one counts, as everywhere.
@@ -139,7 +141,7 @@ impl Resolver<'_> {
         row: &'static Builtin,
         overload: usize,
         signature: &'static Signature,
-        given: Vec<Given>,
+        given: Vec<CallArgument>,
         span: Span,
     ) -> Expr {
         let given = self.arguments(signature, given, span);
@@ -176,16 +178,16 @@ impl Resolver<'_> {
     }
 
     /// The arguments of a built-in as values; lists get the types of their formals.
-    fn arguments(&mut self, signature: &Signature, given: Vec<Given>, span: Span) -> Vec<Expr> {
-        let list = |(index, g): (usize, Given)| match (g, signature.params.get(index)) {
-            (Given::Value(v), _) => v,
-            (Given::List(id, _), Some(Param { ty: ParamType::Of(ty), .. })) => {
+    fn arguments(&mut self, signature: &Signature, given: Vec<CallArgument>, span: Span) -> Vec<Expr> {
+        let list = |(index, g): (usize, CallArgument)| match (g, signature.params.get(index)) {
+            (CallArgument::Value(v), _) => v,
+            (CallArgument::List(id, _), Some(Param { ty: ParamType::Of(ty), .. })) => {
                 match self.argument_list(*ty, id) {
                     Init::Value(v) => v,
                     Init::List(parts) => Expr { ty: *ty, kind: ExprKind::Struct(parts), span },
                 }
             }
-            (Given::List(..), _) => Expr { ty: Type::ERROR, kind: ExprKind::Error, span },
+            (CallArgument::List(..), _) => Expr { ty: Type::ERROR, kind: ExprKind::Error, span },
         };
         given.into_iter().enumerate().map(list).collect()
     }

@@ -18,7 +18,7 @@ const MOST_CANDIDATES: usize = 4;
 
 /// An argument, for the choice of an overload.
 #[derive(Clone, Debug)]
-pub(super) enum Given {
+pub(super) enum CallArgument {
     Value(Expr),
     /// `{…}`: becomes a value once the formal is known.
     List(ExprId, usize),
@@ -133,7 +133,7 @@ impl Resolver<'_> {
         }
         let mut failed = false;
         for g in &given {
-            if let Given::Value(v) = g
+            if let CallArgument::Value(v) = g
                 && v.ty.is_error()
             {
                 failed = true;
@@ -184,12 +184,12 @@ impl Resolver<'_> {
         list
     }
 
-    fn given(&mut self, args: &[ExprId], expected: Option<Type>) -> Vec<Given> {
+    fn given(&mut self, args: &[ExprId], expected: Option<Type>) -> Vec<CallArgument> {
         let ast = self.ast;
         args.iter()
             .map(|id| match &ast[*id].kind {
-                ast::ExprKind::InitList(items) => Given::List(*id, items.len()),
-                _ => Given::Value(self.value(*id, expected)),
+                ast::ExprKind::InitList(items) => CallArgument::List(*id, items.len()),
+                _ => CallArgument::Value(self.value(*id, expected)),
             })
             .collect()
     }
@@ -231,7 +231,7 @@ impl Resolver<'_> {
                     .all(|((formal, _), e)| self.structs.assignable(*formal, e.ty))
         };
         let chosen = functions.iter().rev().find(|f| fits(f)).cloned()?;
-        let given = operands.iter().map(|e| Given::Value((*e).clone())).collect();
+        let given = operands.iter().map(|e| CallArgument::Value((*e).clone())).collect();
         Some(self.invoke(Candidate::User(chosen), given, span))
     }
 
@@ -240,7 +240,7 @@ impl Resolver<'_> {
         name: &str,
         span: Span,
         candidates: Vec<Candidate>,
-        given: &[Given],
+        given: &[CallArgument],
         expected: Option<Type>,
     ) -> Option<Candidate> {
         let scored: Vec<(u32, &Candidate)> =
@@ -312,7 +312,7 @@ impl Resolver<'_> {
         name: &str,
         candidates: &[Candidate],
         chosen: &Candidate,
-        given: &[Given],
+        given: &[CallArgument],
         by_result: Option<(usize, Type)>,
     ) -> Vec<(String, String)> {
         let best = self.score(chosen, given);
@@ -331,11 +331,11 @@ impl Resolver<'_> {
     }
 
     /// The first argument that the candidate would convert.
-    fn converted(&self, candidate: &Candidate, given: &[Given]) -> String {
+    fn converted(&self, candidate: &Candidate, given: &[CallArgument]) -> String {
         let formals = candidate.formals();
         let pairs = (1..).zip(formals.iter().zip(given));
         let changed = pairs.filter_map(|(number, (formal, given))| match (formal, given) {
-            (Some(ty), Given::Value(v)) if v.ty != *ty => Some((number, v.ty, *ty)),
+            (Some(ty), CallArgument::Value(v)) if v.ty != *ty => Some((number, v.ty, *ty)),
             _ => None,
         });
         match changed.into_iter().next() {
@@ -352,11 +352,11 @@ impl Resolver<'_> {
         name: &str,
         span: Span,
         tied: &[&Candidate],
-        given: &[Given],
+        given: &[CallArgument],
     ) -> Option<Diagnostic> {
         let formals: Vec<Vec<Option<Type>>> = tied.iter().map(|c| c.formals()).collect();
         for (index, g) in given.iter().enumerate() {
-            let Given::List(list, _) = g else { continue };
+            let CallArgument::List(list, _) = g else { continue };
             let mut wanted = formals.iter().filter_map(|f| f.get(index).copied().flatten());
             let first = wanted.next()?;
             if let Some(other) = wanted.find(|ty| *ty != first) {
@@ -394,15 +394,15 @@ impl Resolver<'_> {
         name: &str,
         span: Span,
         candidates: &[Candidate],
-        given: &[Given],
+        given: &[CallArgument],
         expected: Option<Type>,
     ) -> Diagnostic {
         let mut types: Vec<String> = given
             .iter()
             .take(MOST_ARGUMENTS)
             .map(|g| match g {
-                Given::Value(v) => self.show(v.ty),
-                Given::List(..) => "{…}".to_string(),
+                CallArgument::Value(v) => self.show(v.ty),
+                CallArgument::List(..) => "{…}".to_string(),
             })
             .collect();
         if given.len() > MOST_ARGUMENTS {

@@ -1,7 +1,7 @@
 //! Scores: how well arguments match a candidate, and why one does not match.
 
 use super::errors::count;
-use super::overload::{Candidate, Given};
+use super::overload::{CallArgument, Candidate};
 use super::{Resolver, Symbol};
 use crate::builtins::{ParamType, Signature, Tail};
 use osl_ir::types::{Base, Extent, Type};
@@ -9,7 +9,7 @@ use osl_syntax::ast::{self, ExprId};
 use std::cmp::Reverse;
 
 impl Resolver<'_> {
-    pub(super) fn score(&self, candidate: &Candidate, given: &[Given]) -> Option<u32> {
+    pub(super) fn score(&self, candidate: &Candidate, given: &[CallArgument]) -> Option<u32> {
         match candidate {
             Candidate::User(f) => {
                 let (fixed, rest) = given.split_at_checked(f.formals.len())?;
@@ -20,7 +20,7 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn score_signature(&self, signature: &Signature, given: &[Given]) -> Option<u32> {
+    pub(super) fn score_signature(&self, signature: &Signature, given: &[CallArgument]) -> Option<u32> {
         if given.len() < signature.params.len() {
             return None;
         }
@@ -31,7 +31,7 @@ impl Resolver<'_> {
                 ParamType::Of(ty) if stands_for_array(ty, g) => 23,
                 ParamType::Of(ty) => self.score_given(ty, g)?,
                 ParamType::Any { array } => {
-                    let Given::Value(v) = g else { return None };
+                    let CallArgument::Value(v) = g else { return None };
                     if v.ty.is_array() != array {
                         return None;
                     }
@@ -42,10 +42,10 @@ impl Resolver<'_> {
         Some(total + tail(signature.tail, rest)?)
     }
 
-    fn score_given(&self, formal: Type, given: &Given) -> Option<u32> {
+    fn score_given(&self, formal: Type, given: &CallArgument) -> Option<u32> {
         match given {
-            Given::Value(v) => self.score_type(formal, v.ty),
-            Given::List(id, _) => self.completes(formal, *id).then_some(100),
+            CallArgument::Value(v) => self.score_type(formal, v.ty),
+            CallArgument::List(id, _) => self.completes(formal, *id).then_some(100),
         }
     }
 
@@ -114,15 +114,16 @@ impl Resolver<'_> {
 impl Resolver<'_> {
     /// How far the candidate is from matching: arguments that do not fit weigh more than their number, and of
     /// equals the one whose other arguments fit better is smaller.
-    pub(super) fn misfit_cost(&self, candidate: &Candidate, given: &[Given]) -> (usize, Reverse<u32>) {
+    pub(super) fn misfit_cost(&self, candidate: &Candidate, given: &[CallArgument]) -> (usize, Reverse<u32>) {
         let formals = candidate.formals();
         let missing = formals.len().saturating_sub(given.len());
         let extra = match candidate.tail() {
             Tail::None => given.len().saturating_sub(formals.len()),
             _ => 0,
         };
-        let fits =
-            |(formal, g): (&Option<Type>, &Given)| formal.map_or(Some(1), |ty| self.score_given(ty, g));
+        let fits = |(formal, g): (&Option<Type>, &CallArgument)| {
+            formal.map_or(Some(1), |ty| self.score_given(ty, g))
+        };
         let scores: Vec<Option<u32>> = formals.iter().zip(given).map(fits).collect();
         let options = match candidate.tail() {
             Tail::None => &[],
@@ -137,7 +138,7 @@ impl Resolver<'_> {
     }
 
     /// Whether the parameters take these arguments in another order.
-    fn takes_reordered(&self, formals: &[Option<Type>], given: &[Given]) -> bool {
+    fn takes_reordered(&self, formals: &[Option<Type>], given: &[CallArgument]) -> bool {
         fn place(fits: &[Vec<bool>], at: usize, taken: u32) -> bool {
             fits.get(at).is_none_or(|row| {
                 let free = |(n, fits): (usize, &bool)| *fits && taken & (1 << n) == 0;
@@ -147,7 +148,7 @@ impl Resolver<'_> {
         if formals.len() != given.len() || formals.len() > MOST_REORDERED {
             return false;
         }
-        let fits = |g: &Given| {
+        let fits = |g: &CallArgument| {
             formals.iter().map(|ty| ty.is_none_or(|ty| self.score_given(ty, g).is_some())).collect()
         };
         let rows: Vec<Vec<bool>> = given.iter().map(fits).collect();
@@ -155,7 +156,7 @@ impl Resolver<'_> {
     }
 
     /// Why the candidate does not match the arguments; only the first reason.
-    pub(super) fn why_not(&self, candidate: &Candidate, given: &[Given]) -> String {
+    pub(super) fn why_not(&self, candidate: &Candidate, given: &[CallArgument]) -> String {
         let formals = candidate.formals();
         let fits =
             formals.iter().zip(given).all(|(ty, g)| ty.is_none_or(|ty| self.score_given(ty, g).is_some()));
@@ -168,7 +169,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn why_not_signature(&self, signature: &Signature, given: &[Given]) -> String {
+    fn why_not_signature(&self, signature: &Signature, given: &[CallArgument]) -> String {
         let wanted = signature.params.len();
         if given.len() < wanted || (given.len() > wanted && signature.tail == Tail::None) {
             let takes = if signature.tail == Tail::None { "takes" } else { "takes at least" };
@@ -179,10 +180,10 @@ impl Resolver<'_> {
                 (ParamType::Of(ty), _) if !stands_for_array(ty, g) && self.score_given(ty, g).is_none() => {
                     return self.misfit(index, ty, g);
                 }
-                (ParamType::Any { .. }, Given::List(..)) => {
+                (ParamType::Any { .. }, CallArgument::List(..)) => {
                     return format!("argument {} cannot be a list", index + 1);
                 }
-                (ParamType::Any { array }, Given::Value(v)) if v.ty.is_array() != array => {
+                (ParamType::Any { array }, CallArgument::Value(v)) if v.ty.is_array() != array => {
                     let what = if array { "is no array" } else { "is an array" };
                     return format!("argument {} {what}", index + 1);
                 }
@@ -200,24 +201,26 @@ impl Resolver<'_> {
         "the last option has no value".to_string()
     }
 
-    fn misfit(&self, index: usize, ty: Type, given: &Given) -> String {
+    fn misfit(&self, index: usize, ty: Type, given: &CallArgument) -> String {
         let (number, want) = (index + 1, self.show_a(ty));
         match given {
-            Given::Value(v) if v.ty == Type::FLOAT && ty == Type::INT => {
+            CallArgument::Value(v) if v.ty == Type::FLOAT && ty == Type::INT => {
                 format!("argument {number} is a float, and a call makes no int of it: write `(int)`")
             }
-            Given::Value(_) => format!("argument {number} is {}, not {}", self.given_type(given), want),
-            Given::List(_, n) => {
+            CallArgument::Value(_) => {
+                format!("argument {number} is {}, not {}", self.given_type(given), want)
+            }
+            CallArgument::List(_, n) => {
                 let values = count(*n, "value");
                 format!("argument {number} does not make {}: a list of {values}", want)
             }
         }
     }
 
-    fn given_type(&self, given: &Given) -> String {
+    fn given_type(&self, given: &CallArgument) -> String {
         match given {
-            Given::Value(v) => self.show_a(v.ty),
-            Given::List(..) => "a list".to_string(),
+            CallArgument::Value(v) => self.show_a(v.ty),
+            CallArgument::List(..) => "a list".to_string(),
         }
     }
 }
@@ -225,15 +228,15 @@ impl Resolver<'_> {
 /// The largest number of arguments of which other orders are tried.
 const MOST_REORDERED: usize = 5;
 
-fn is_text(given: &Given) -> bool {
-    matches!(given, Given::Value(v) if v.ty == Type::STRING)
+fn is_text(given: &CallArgument) -> bool {
+    matches!(given, CallArgument::Value(v) if v.ty == Type::STRING)
 }
 
 /// The contribution to the score of arguments after the parameters; `None` if they do not match.
-fn tail(tail: Tail, rest: &[Given]) -> Option<u32> {
-    let ty = |g: &Given| match g {
-        Given::Value(v) => v.ty,
-        Given::List(..) => Type::VOID,
+fn tail(tail: Tail, rest: &[CallArgument]) -> Option<u32> {
+    let ty = |g: &CallArgument| match g {
+        CallArgument::Value(v) => v.ty,
+        CallArgument::List(..) => Type::VOID,
     };
     let types: Vec<Type> = rest.iter().map(ty).collect();
     tail.takes(&types).then_some(rest.len() as u32)
@@ -241,11 +244,11 @@ fn tail(tail: Tail, rest: &[Given]) -> Option<u32> {
 
 /// Whether a single point, vector or normal is given where a built-in expects an array of them. The reference
 /// accepts this, although the elements after the first are then undefined.
-fn stands_for_array(wanted: Type, given: &Given) -> bool {
+fn stands_for_array(wanted: Type, given: &CallArgument) -> bool {
     let is = |base: Base| matches!(base, Base::Point | Base::Vector | Base::Normal);
     wanted.extent == Extent::Unsized
         && is(wanted.base)
-        && matches!(given, Given::Value(v) if !v.ty.is_array() && is(v.ty.base))
+        && matches!(given, CallArgument::Value(v) if !v.ty.is_array() && is(v.ty.base))
 }
 
 fn wrong_count(takes: &str, wanted: usize, given: usize) -> String {

@@ -6,7 +6,7 @@
 
 use super::Resolver;
 use super::errors::{self, CloseType};
-use super::vocabulary::{self, Wanted};
+use super::vocabulary::{self, NameKind};
 use crate::builtins;
 use crate::hir::{Init, Stmt, StmtKind, VarKind};
 use osl_ir::types::{Base, Type};
@@ -35,7 +35,7 @@ impl Resolver<'_> {
         {
             return;
         }
-        let known = vocabulary::word(Wanted::Type, name);
+        let known = vocabulary::word(NameKind::Type, name);
         let close = match known {
             None if self.n_errors < self.max_diagnostics() => {
                 let words =
@@ -69,7 +69,7 @@ impl Resolver<'_> {
         if !functions && self.declaring.as_deref() == Some(name) {
             return self.report(errors::own_value(span, name));
         }
-        let wanted = if functions { Wanted::Function } else { Wanted::Variable };
+        let wanted = if functions { NameKind::Function } else { NameKind::Variable };
         if let Some(word) = vocabulary::word(wanted, name) {
             return self.report(errors::foreign_name(span, what, name, word, arguments_end));
         }
@@ -114,7 +114,7 @@ impl Resolver<'_> {
         if self.reports == Reports::AsReference || known || is_list || self.may_be_declared(name) {
             return None;
         }
-        let foreign = vocabulary::word(Wanted::Variable, name).is_some();
+        let foreign = vocabulary::word(NameKind::Variable, name).is_some();
         let full = self.n_errors >= self.max_diagnostics();
         if full || foreign || self.told.contains(&format!("variable {name}")) {
             return None;

@@ -7,7 +7,7 @@
 
 /// The kind of name that is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Wanted {
+pub(crate) enum NameKind {
     /// Something to call.
     Function,
     /// A variable.
@@ -40,11 +40,11 @@ const fn said(advice: &'static str) -> Word {
 }
 
 /// The OSL equivalent of a word in another language.
-pub(crate) fn word(wanted: Wanted, name: &str) -> Option<Word> {
+pub(crate) fn word(wanted: NameKind, name: &str) -> Option<Word> {
     match wanted {
-        Wanted::Function => function(name),
-        Wanted::Variable => variable(name),
-        Wanted::Type => ty(name),
+        NameKind::Function => function(name),
+        NameKind::Variable => variable(name),
+        NameKind::Type => ty(name),
     }
 }
 
@@ -59,7 +59,7 @@ pub struct Elsewhere {
 
 /// What OSL has instead of a word of another language, whatever the word stands for.
 pub fn elsewhere(name: &str) -> Option<Elsewhere> {
-    let kinds = [Wanted::Function, Wanted::Variable, Wanted::Type];
+    let kinds = [NameKind::Function, NameKind::Variable, NameKind::Type];
     let word = kinds.into_iter().find_map(|wanted| word(wanted, name));
     word.or_else(|| reserved(name)).map(|word| Elsewhere { advice: word.advice, instead: word.instead })
 }
@@ -249,12 +249,12 @@ mod tests {
     #[test]
     fn no_word_is_one_of_osl_and_every_replacement_is() {
         for name in builtins::names() {
-            assert_eq!(word(Wanted::Function, name), None, "{name}");
+            assert_eq!(word(NameKind::Function, name), None, "{name}");
         }
         for name in
             ["lerp", "fract", "rsqrt", "dFdx", "saturate", "ctransform", "strcat", "fwidth", "fmin", "atof"]
         {
-            let instead = word(Wanted::Function, name).and_then(|word| word.instead);
+            let instead = word(NameKind::Function, name).and_then(|word| word.instead);
             assert!(instead.is_some_and(|to| builtins::names().any(|known| known == to)), "{name}");
         }
     }

@@ -23,7 +23,7 @@ pub(super) fn run(body: &mut Body) {
     if !distances {
         return;
     }
-    let found = Found::of(body);
+    let found = RootFacts::of(body);
     let mut blocks = Vec::new();
     each_block(body, &mut |_, id| blocks.push(id));
     let mut roots = Roots { code: Code::with_rates(body), found, squares: FxHashMap::default() };
@@ -120,7 +120,7 @@ impl<'a, F: Fn(&Body, &Inst) -> bool> Rewrite<'a> for Normals<'a, F> {
 }
 
 /// What the rewriting of roots must know of the whole body.
-struct Found {
+struct RootFacts {
     constants: FxHashMap<ValueId, f32>,
     /// Roots that are only compared, or used in a minimum.
     ordered: Vec<bool>,
@@ -129,7 +129,7 @@ struct Found {
 /// Writes squares in place of roots.
 struct Roots<'a> {
     code: Code<'a>,
-    found: Found,
+    found: RootFacts,
     /// Values that are roots, with their arguments.
     squares: FxHashMap<ValueId, ValueId>,
 }
@@ -165,8 +165,8 @@ impl<'a> Rewrite<'a> for Roots<'a> {
     }
 }
 
-impl Found {
-    fn of(body: &mut Body) -> Found {
+impl RootFacts {
+    fn of(body: &mut Body) -> RootFacts {
         let mut constants = FxHashMap::default();
         each_block(body, &mut |body, id| {
             for inst in &body.block(id).insts {
@@ -192,7 +192,7 @@ impl Found {
                 other(v);
             }
         }
-        Found { constants, ordered }
+        RootFacts { constants, ordered }
     }
 }
 

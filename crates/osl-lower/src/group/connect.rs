@@ -54,7 +54,7 @@ fn did_you_mean(close: &Option<String>) -> String {
 }
 
 /// One end of a connection, resolved.
-struct Found {
+struct ConnectionEnd {
     end: End,
     ty: Type,
 }
@@ -89,7 +89,7 @@ impl Group {
         &self.layers[end.layer].program
     }
 
-    fn end(&self, (layer, path): (&str, &str)) -> Result<Found, ConnectError> {
+    fn end(&self, (layer, path): (&str, &str)) -> Result<ConnectionEnd, ConnectError> {
         let index = self.find(layer).ok_or_else(|| {
             let names = self.layers.iter().map(|l| &*l.name);
             ConnectError::NoLayer(layer.to_string(), closest(layer, names).map(str::to_string))
@@ -126,7 +126,7 @@ impl Group {
             }
             Some(_) => return Err(no_part()),
         };
-        Ok(Found { end: End { layer: index, param, fields, component }, ty })
+        Ok(ConnectionEnd { end: End { layer: index, param, fields, component }, ty })
     }
 }
 

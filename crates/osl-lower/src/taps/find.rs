@@ -48,7 +48,7 @@ pub enum TapError {
 }
 
 /// A statement on the wanted line.
-struct Found<'p> {
+struct FoundStmt<'p> {
     stmt: &'p Stmt,
     site: Site,
     /// The variables that are visible after it, the innermost last.
@@ -61,7 +61,7 @@ struct Walk<'p> {
     lines: Vec<(u32, u32)>,
     innermost: bool,
     scope: Vec<VarId>,
-    found: Option<Found<'p>>,
+    found: Option<FoundStmt<'p>>,
 }
 
 impl<'p> Walk<'p> {
@@ -114,7 +114,7 @@ impl<'p> Walk<'p> {
         let mut scope = self.scope.clone();
         declared(stmt, &self.lines, &mut scope);
         let conditional = conditional || flow::of(stmt).may_leave() || matches!(site, Site::Round(..));
-        self.found = Some(Found { stmt, site, scope, conditional });
+        self.found = Some(FoundStmt { stmt, site, scope, conditional });
     }
 }
 
@@ -236,7 +236,7 @@ pub fn find(
     Ok(tap)
 }
 
-fn statement<'p>(wanted: &Wanted, program: &'p Program, lines: Vec<(u32, u32)>) -> Option<Found<'p>> {
+fn statement<'p>(wanted: &Wanted, program: &'p Program, lines: Vec<(u32, u32)>) -> Option<FoundStmt<'p>> {
     let mut walk = Walk { lines, innermost: wanted.round.is_some(), scope: Vec::new(), found: None };
     for function in &program.functions {
         walk.scope.clone_from(&function.formals);
@@ -258,7 +258,7 @@ fn no_line(wanted: &Wanted, lines: &[u32]) -> TapError {
     TapError::Line { line, near }
 }
 
-fn variable(wanted: &Wanted, program: &Program, found: &Found<'_>) -> Result<(Tapped, Type), TapError> {
+fn variable(wanted: &Wanted, program: &Program, found: &FoundStmt<'_>) -> Result<(Tapped, Type), TapError> {
     let name = wanted.variable.as_str();
     if name == "return"
         && let StmtKind::Return(Some(_)) = &found.stmt.kind

@@ -98,7 +98,7 @@ pub fn doings(program: &Program, (sources, base): (&SourceMap, u32), layer: usiz
         done.loops.retain(|rounds| rounds.line < line);
     }
     let found = |wanted: &Wanted| find(wanted, program, (sources, base), layer).ok();
-    for Place { var, wanted, in_loop } in places {
+    for SetVariable { var, wanted, in_loop } in places {
         if let Some(tap) = found(&wanted).filter(|tap| tap.var == Tapped::Var(var)) {
             let rounds = (1..=if in_loop { most.rounds } else { 0 })
                 .filter_map(|round| found(&Wanted { round: Some(round), ..wanted.clone() }))
@@ -119,7 +119,7 @@ pub fn doing_lines(program: &Program, files: (&SourceMap, u32)) -> Vec<u32> {
 }
 
 /// A line for each variable, condition and loop, in order.
-fn lines_of(places: &[Place], done: &Doings) -> Vec<u32> {
+fn lines_of(places: &[SetVariable], done: &Doings) -> Vec<u32> {
     let sets = places.iter().map(|place| place.wanted.line);
     let branches = done.branches.iter().map(|branch| branch.line);
     let mut lines: Vec<u32> = sets.chain(branches).chain(done.loops.iter().map(|l| l.line)).collect();
@@ -148,7 +148,7 @@ fn walk<'p>(program: &'p Program, (sources, base): (&'p SourceMap, u32), layer: 
 }
 
 /// A variable, or a part of one, that a line sets.
-struct Place {
+struct SetVariable {
     var: VarId,
     wanted: Wanted,
     in_loop: bool,
@@ -163,7 +163,7 @@ struct Walk<'p> {
     loops: usize,
     /// The line of the statement; 0 if it is in another file.
     line: u32,
-    places: Vec<Place>,
+    places: Vec<SetVariable>,
     /// The index of each place, by its variable and the name of its output.
     known: FxHashMap<(u32, String), usize>,
     done: Doings,
@@ -278,7 +278,7 @@ impl Walk<'_> {
         let at = *self.known.entry((var.0, wanted.output())).or_insert(self.places.len());
         match self.places.get_mut(at) {
             Some(place) => place.in_loop |= in_loop,
-            None => self.places.push(Place { var, wanted, in_loop }),
+            None => self.places.push(SetVariable { var, wanted, in_loop }),
         }
     }
 

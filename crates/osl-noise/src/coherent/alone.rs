@@ -118,7 +118,7 @@ pub(super) fn run<L: Lattice<D>, R: Registers<N>, F: Form<L, R, N, D>, const N: 
     if !are_small(start) {
         return 0;
     }
-    let mut cells = Known::<L, D>::new(L::key_of(start));
+    let mut cells = RecentCells::<L, D>::new(L::key_of(start));
     let mut spent = 0;
     for done in 0..form.count() {
         let (inside, mut results) = form.within(done, cells.current());
@@ -147,7 +147,7 @@ pub(super) fn run<L: Lattice<D>, R: Registers<N>, F: Form<L, R, N, D>, const N: 
 }
 
 /// The last cells that were met.
-struct Known<L: Lattice<D>, const D: usize> {
+struct RecentCells<L: Lattice<D>, const D: usize> {
     keys: [Key; KNOWN],
     cells: [L::Cell; KNOWN],
     current: usize,
@@ -157,10 +157,10 @@ struct Known<L: Lattice<D>, const D: usize> {
     next: usize,
 }
 
-impl<L: Lattice<D>, const D: usize> Known<L, D> {
+impl<L: Lattice<D>, const D: usize> RecentCells<L, D> {
     #[inline(always)]
     fn new(key: Key) -> Self {
-        Known { keys: [key; KNOWN], cells: [L::cell(key); KNOWN], current: 0, last: 0, next: 1 }
+        RecentCells { keys: [key; KNOWN], cells: [L::cell(key); KNOWN], current: 0, last: 0, next: 1 }
     }
 
     #[inline(always)]

@@ -39,7 +39,7 @@ const OFFSETS: [[f32; WIDTH]; 3] = {
 
 /// The position of a neighbourhood, and its field.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct CellBlock {
     /// Corner of the cell in the middle.
     pub(super) corner: [f32; 3],
     /// Period of each axis in cells.
@@ -50,7 +50,7 @@ pub(super) struct Place {
     pub(super) empty: f32,
 }
 
-impl Place {
+impl CellBlock {
     fn words(&self) -> [u32; 9] {
         let [a, b, c] = self.corner.map(f32::to_bits);
         let [d, e, f] = self.periods.unwrap_or([0.0; 3]).map(f32::to_bits);
@@ -74,7 +74,7 @@ impl Cells {
     /// Moves to another position, unless it is the same.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
-    pub(super) fn visit(&mut self, place: &Place) {
+    pub(super) fn visit(&mut self, place: &CellBlock) {
         let words = place.words();
         if self.of == Some(words) {
             return;

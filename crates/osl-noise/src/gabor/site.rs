@@ -2,7 +2,7 @@
 //! evaluated, and which other points share its impulses.
 
 use super::Points;
-use super::cells::Place;
+use super::cells::CellBlock;
 use super::filter::Filter;
 use super::params::{Options, Params};
 use crate::hash::floor;
@@ -25,8 +25,8 @@ pub(super) struct Site {
 
 impl Site {
     /// The cells around the point, in the field with a seed.
-    pub(super) fn place(&self, seed: u32) -> Place {
-        Place { corner: self.corner, periods: self.periods, seed, empty: self.params.empty }
+    pub(super) fn place(&self, seed: u32) -> CellBlock {
+        CellBlock { corner: self.corner, periods: self.periods, seed, empty: self.params.empty }
     }
 }
 

@@ -148,14 +148,14 @@ impl Enclosure {
 }
 
 /// A type that an operation takes or returns.
-trait Part: Sized {
+trait LaneType: Sized {
     fn of(value: &Enclosure) -> Option<Self>;
     fn put(self) -> Enclosure;
 }
 
 macro_rules! part {
     ($($ty:ty => $variant:ident, $x:ident, $read:expr, $write:expr;)*) => {$(
-        impl Part for $ty {
+        impl LaneType for $ty {
             fn of(value: &Enclosure) -> Option<Self> {
                 match value {
                     Enclosure::$variant($x) => Some($read),
@@ -201,7 +201,7 @@ macro_rules! lane {
 macro_rules! row {
     ($args:ident, $path:path, ($($arg:ident),*) -> $o:ident) => {{
         let mut args = $args.iter();
-        let result: lane!($o) = $path($(<lane!($arg) as Part>::of(args.next()?)?),*);
+        let result: lane!($o) = $path($(<lane!($arg) as LaneType>::of(args.next()?)?),*);
         Some(result.put())
     }};
 }

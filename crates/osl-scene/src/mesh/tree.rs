@@ -20,7 +20,7 @@ const UNEVEN: u32 = 12;
 const IN_LEAF: u32 = 3;
 
 /// A range of the boxes that forms a node of the tree.
-struct Part {
+struct BoxRange {
     node: usize,
     start: usize,
     end: usize,
@@ -37,7 +37,7 @@ pub(super) fn tree(boxes: &[Aabb]) -> CwBvh {
     let mut nodes = Vec::with_capacity(2 * boxes.len() - 1);
     nodes.push(Bvh2Node::default());
     let even_from = boxes.len().ilog2() + UNEVEN;
-    let mut open = vec![Part { node: 0, start: 0, end: boxes.len(), depth: 0 }];
+    let mut open = vec![BoxRange { node: 0, start: 0, end: boxes.len(), depth: 0 }];
     let mut deepest = 0;
     while let Some(part) = open.pop() {
         let list = &mut order[part.start..part.end];
@@ -52,8 +52,8 @@ pub(super) fn tree(boxes: &[Aabb]) -> CwBvh {
         nodes.extend([Bvh2Node::default(); 2]);
         nodes[part.node] = Bvh2Node::new(around, 0, left as u32);
         let middle = part.start + first;
-        open.push(Part { node: left, start: part.start, end: middle, depth: part.depth + 1 });
-        open.push(Part { node: left + 1, start: middle, end: part.end, depth: part.depth + 1 });
+        open.push(BoxRange { node: left, start: part.start, end: middle, depth: part.depth + 1 });
+        open.push(BoxRange { node: left + 1, start: middle, end: part.end, depth: part.depth + 1 });
     }
     let tree = Bvh2 {
         nodes,

@@ -3,7 +3,7 @@
 
 use super::layers::Layers;
 use super::sampler::Sampler;
-use super::shade::{self, Met, Shaded};
+use super::shade::{self, PathHit, Shaded};
 use super::walk::{self, Medium};
 use super::world::{Hit, World, leave};
 use crate::bsdf::{Chosen, Next, Scatter};
@@ -108,7 +108,7 @@ impl Tracer<'_> {
         let mut light = vec![Vec3::ZERO; samples.len()];
         let mut paths: Vec<Path> = samples.iter().enumerate().map(|(slot, s)| self.start(slot, s)).collect();
         while !paths.is_empty() {
-            let mut met: Vec<Met> = Vec::new();
+            let mut met: Vec<PathHit> = Vec::new();
             for (index, path) in paths.iter().enumerate() {
                 self.world.goes_on()?;
                 let hit = self.world.hit(path.origin, path.direction);
@@ -126,7 +126,7 @@ impl Tracer<'_> {
             // A stable sort, so that points stay in the order of their pixels.
             met.sort_by_key(|m| (m.hit.material, paths.get(m.path).is_some_and(|p| p.lens.is_none())));
             let mut next = Vec::with_capacity(met.len());
-            let camera = |m: &Met| paths.get(m.path).is_some_and(|p| p.lens.is_some());
+            let camera = |m: &PathHit| paths.get(m.path).is_some_and(|p| p.lens.is_some());
             for hits in met.chunk_by(|a, b| a.hit.material == b.hit.material && camera(a) == camera(b)) {
                 let Some(first) = hits.first() else { continue };
                 let seen = camera(first);
@@ -229,16 +229,16 @@ impl Tracer<'_> {
     }
 
     /// The shading data of a hit.
-    fn meet(index: usize, path: &Path, hit: Hit) -> Met {
+    fn meet(index: usize, path: &Path, hit: Hit) -> PathHit {
         let footprint = match &path.lens {
             Some(ray) => Footprint::of(&hit.point, ray),
             None => Footprint::square(&hit.point, path.width + path.spread * hit.t),
         };
-        Met { path: index, hit, incident: path.direction, footprint }
+        PathHit { path: index, hit, incident: path.direction, footprint }
     }
 
     /// The light that a surface sends back along a path, and the continuation of the path.
-    fn scatter(&mut self, path: &Path, met: &Met, scatter: &Scatter) -> (Vec3, Option<Path>) {
+    fn scatter(&mut self, path: &Path, met: &PathHit, scatter: &Scatter) -> (Vec3, Option<Path>) {
         let mut light = scatter.emitted * path.throughput;
         let vertex = path.vertex + 1;
         if scatter.is_black() || vertex > MAX_VERTICES {
@@ -266,7 +266,7 @@ impl Tracer<'_> {
                 light += self.lamps(path, &out, &scatter, 3 * vertex + 1);
                 let [choice, u @ ..] = path.sampler.four(self.set(3 * vertex + 1));
                 let Some(Next::Direction(chosen)) = scatter.next(choice, u) else { return (light, None) };
-                let met = Met { hit: Hit { point: out, ..met.hit }, ..*met };
+                let met = PathHit { hit: Hit { point: out, ..met.hit }, ..*met };
                 (light, self.go_on(path, &met, chosen, vertex))
             }
         }
@@ -319,7 +319,7 @@ impl Tracer<'_> {
     }
 
     /// The path in its new direction; `None` if it ends here.
-    fn go_on(&self, path: &Path, met: &Met, chosen: Chosen, vertex: u32) -> Option<Path> {
+    fn go_on(&self, path: &Path, met: &PathHit, chosen: Chosen, vertex: u32) -> Option<Path> {
         let mut throughput = path.throughput * chosen.weight;
         if !(throughput.is_finite() && throughput.max_element() > 0.0) {
             return None;

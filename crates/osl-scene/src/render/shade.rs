@@ -8,7 +8,7 @@ use glam::Vec3;
 use osl_exec::{Frame, Plane, PointSource, Run, RunError, RunOptions, Said};
 
 /// A hit to be shaded.
-pub(super) struct Met {
+pub(super) struct PathHit {
     /// Index of the path.
     pub(super) path: usize,
     pub(super) hit: Hit,
@@ -28,7 +28,12 @@ pub(super) struct Shaded {
 }
 
 /// Shades hits of one material. `seen` means that the camera sees them, so all outputs are needed.
-pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) -> Result<Shaded, RunError> {
+pub(super) fn shade(
+    world: &World,
+    material: usize,
+    hits: &[PathHit],
+    seen: bool,
+) -> Result<Shaded, RunError> {
     let nothing = || Shaded { scatter: Vec::new(), planes: Vec::new(), messages: Vec::new() };
     let Some(Material { program, lean, services, color, stretch }) = world.materials.get(material) else {
         return Ok(nothing());
@@ -50,7 +55,7 @@ pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) ->
     };
     let run = Run::new(program, services, &points, &options);
     let Frame { planes, messages, closures, .. } = run.points(0..points.count(), &|_| ())?;
-    let of = |at: usize, hit: &Met| match color {
+    let of = |at: usize, hit: &PathHit| match color {
         Some(name) => {
             Scatter::diffuse(hit.hit.point.ng, hit.hit.point.n, -hit.incident, matt(&planes, name, at))
         }
@@ -80,7 +85,14 @@ fn matt(planes: &[Plane], name: &str, at: usize) -> Vec3 {
 }
 
 /// Records a visible hit in the layers.
-pub(super) fn record(layers: &mut Layers, pixel: usize, hit: &Met, shaded: &Shaded, at: usize, depth: f32) {
+pub(super) fn record(
+    layers: &mut Layers,
+    pixel: usize,
+    hit: &PathHit,
+    shaded: &Shaded,
+    at: usize,
+    depth: f32,
+) {
     let Some(scatter) = shaded.scatter.get(at) else { return };
     layers.add_surface(pixel, scatter.albedo(), hit.hit.point.n, depth);
     for (name, color) in &scatter.marks {

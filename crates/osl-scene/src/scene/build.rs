@@ -106,15 +106,15 @@ fn add_surface(
     let number = world.materials.len();
     let form = form(surface, world, networks, &services, messages)?;
     match form {
-        Made::Ground(point, normal) => world.grounds.push(Ground { point, normal, material: number }),
-        Made::Object(body) => world.objects.push(Object { body: *body, material: number }),
+        BuiltShape::Ground(point, normal) => world.grounds.push(Ground { point, normal, material: number }),
+        BuiltShape::Object(body) => world.objects.push(Object { body: *body, material: number }),
     }
     world.materials.push(material);
     Some(())
 }
 
 /// The result for a shape.
-enum Made {
+enum BuiltShape {
     Ground(Vec3, Vec3),
     Object(Box<Body>),
 }
@@ -126,7 +126,7 @@ fn form(
     networks: &mut Networks<'_>,
     services: &dyn Fn() -> Services,
     messages: &mut Messages,
-) -> Option<Made> {
+) -> Option<BuiltShape> {
     let matrix = surface.matrix;
     // All surfaces share the permitted number of triangles.
     let mut limits = messages.limits().clone();
@@ -136,7 +136,7 @@ fn form(
         Form::Plane { point, normal } => {
             let for_normals = matrix.inverse().transpose();
             let normal = for_normals.transform_vector3(*normal).normalize_or(Vec3::Y);
-            return Some(Made::Ground(matrix.transform_point3(*point), normal));
+            return Some(BuiltShape::Ground(matrix.transform_point3(*point), normal));
         }
         Form::Sphere { center, radius } => {
             (Shape::Sphere { radius: *radius }, matrix * Mat4::from_translation(*center))
@@ -151,11 +151,11 @@ fn form(
         Form::Mesh(polygons) => {
             let mut triangles = tessellate(surface, polygons, &matrix, &limits, messages)?;
             displaced(surface, &mut triangles, networks, services, messages)?;
-            return Some(Made::Object(Box::new(Body::Solid(Solid::new(triangles)))));
+            return Some(BuiltShape::Object(Box::new(Body::Solid(Solid::new(triangles)))));
         }
     };
     if surface.displacement.is_none() {
-        return Some(Made::Object(Box::new(Body::Shape(Placed::new(shape, own)?))));
+        return Some(BuiltShape::Object(Box::new(Body::Shape(Placed::new(shape, own)?))));
     }
     let detail = Detail::Pixels { view: &world.view, edge: EDGE };
     let (mut triangles, _, _) = shape
@@ -163,7 +163,7 @@ fn form(
         .map_err(|why| messages.error(&surface.place, why.to_string()))
         .ok()?;
     displaced(surface, &mut triangles, networks, services, messages)?;
-    Some(Made::Object(Box::new(Body::Solid(Solid::new(triangles)))))
+    Some(BuiltShape::Object(Box::new(Body::Solid(Solid::new(triangles)))))
 }
 
 /// Displaces triangles, if the surface has a displacement.

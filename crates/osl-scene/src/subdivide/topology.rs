@@ -104,12 +104,12 @@ impl Level {
     /// Finds edges, twins and sharp edges.
     fn join(&mut self, mesh: &Mesh, oddities: &mut Oddities) {
         /// An edge under construction: its number, its first half edge, and the number of half edges.
-        struct Found {
+        struct EdgeEntry {
             number: u32,
             first: u32,
             count: u32,
         }
-        let mut known: HashMap<[u32; 2], Found> = HashMap::with_capacity(self.corners.len());
+        let mut known: HashMap<[u32; 2], EdgeEntry> = HashMap::with_capacity(self.corners.len());
         let mut counts: Vec<u32> = Vec::new();
         let mut pairs: Vec<[u32; 2]> = Vec::new();
         for face in self.starts.windows(2) {
@@ -117,8 +117,11 @@ impl Level {
                 let next = if corner + 1 == face[1] { face[0] } else { corner + 1 };
                 let (a, b) = (self.corners[corner as usize], self.corners[next as usize]);
                 let number = self.ends.len() as u32;
-                let found =
-                    known.entry([a.min(b), a.max(b)]).or_insert(Found { number, first: corner, count: 0 });
+                let found = known.entry([a.min(b), a.max(b)]).or_insert(EdgeEntry {
+                    number,
+                    first: corner,
+                    count: 0,
+                });
                 found.count += 1;
                 if found.number == number {
                     self.ends.push([a, b]);

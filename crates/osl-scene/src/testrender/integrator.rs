@@ -108,7 +108,7 @@ struct Path {
 }
 
 /// A path at a surface.
-struct Met {
+struct SurfaceHit {
     path: Path,
     shape: usize,
     group: usize,
@@ -181,7 +181,7 @@ impl Tracer<'_> {
                 }
             }
             self.around(&missed, bounce, &mut light)?;
-            met.sort_by_key(|m: &Met| m.group);
+            met.sort_by_key(|m: &SurfaceHit| m.group);
             let (mut next, mut seen) = (Vec::with_capacity(met.len()), Vec::new());
             let kind = if bounce == 0 { world::Ray::Camera } else { world::Ray::Bounce };
             let mut rest = met.into_iter().peekable();
@@ -209,11 +209,11 @@ impl Tracer<'_> {
     }
 
     /// A path at the surface that it hits; `None` if that has no shader.
-    fn meet(&self, path: Path, shape: usize, distance: f32) -> Option<Met> {
+    fn meet(&self, path: Path, shape: usize, distance: f32) -> Option<SurfaceHit> {
         let hit = self.stage.world.shapes.get(shape)?;
         let point = hit.form.point(&path.ray, distance);
         let radius = path.ray.radius_at(distance);
-        Some(Met { group: hit.group?, shape, point, radius, path })
+        Some(SurfaceHit { group: hit.group?, shape, point, radius, path })
     }
 
     /// Adds the light of the background to paths that hit nothing.
@@ -247,13 +247,13 @@ impl Tracer<'_> {
     /// the continuation of the path.
     fn scatter(
         &self,
-        hit: Met,
+        hit: SurfaceHit,
         surface: Surface,
         bounce: usize,
         light: &mut Vec3,
         seen: &mut Vec<Seen>,
     ) -> Option<Path> {
-        let Met { mut path, shape: index, point, radius, .. } = hit;
+        let SurfaceHit { mut path, shape: index, point, radius, .. } = hit;
         let shapes = &self.stage.world.shapes;
         let shape = shapes.get(index)?;
         let (p, wo) = (point.p.value, -point.i.value);

@@ -74,12 +74,12 @@ pub struct Library<'a> {
     options: &'a Options,
     /// Their files, once for each layer.
     pub sources: SourceMap,
-    known: HashMap<String, Result<Known, String>>,
+    known: HashMap<String, Result<LayerSource, String>>,
     /// The diagnostics from reading them, with locations in `sources`.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-struct Known {
+struct LayerSource {
     program: Arc<hir::Program>,
     sources: SourceMap,
 }
@@ -105,14 +105,14 @@ impl<'a> Library<'a> {
         Library { files, options, sources, known: HashMap::new(), diagnostics: Vec::new() }
     }
 
-    fn read(&mut self, name: &str) -> Result<Known, String> {
+    fn read(&mut self, name: &str) -> Result<LayerSource, String> {
         let (file, text) = self.files.find(name)?;
         let checked = check(&file, &text, self.files.includes(), self.options);
         let Checked { sources, diagnostics, program, .. } = checked;
         let base = self.sources.append(&sources).ok_or("the sources have more than 4 GiB")?;
         self.diagnostics.extend(diagnostics.into_iter().map(|d| moved(d, base)));
         let program = program.ok_or_else(|| format!("{file} has errors"))?;
-        Ok(Known { program: Arc::new(program), sources })
+        Ok(LayerSource { program: Arc::new(program), sources })
     }
 }
 

@@ -3,13 +3,13 @@
 use crate::ir::{GaborOption, Kernel, Kind, Note, Shape, Sink, TextFn, ValueId, note_names};
 
 /// The kind of an argument or result; `None` stands for any.
-type Wanted = Option<Kind>;
+type ExpectedKind = Option<Kind>;
 
-const INT: Wanted = Some(Kind::Int);
-const FLOAT: Wanted = Some(Kind::Float);
-const TRIPLE: Wanted = Some(Kind::Triple);
-const STR: Wanted = Some(Kind::Str);
-const CLOSURE: Wanted = Some(Kind::Closure);
+const INT: ExpectedKind = Some(Kind::Int);
+const FLOAT: ExpectedKind = Some(Kind::Float);
+const TRIPLE: ExpectedKind = Some(Kind::Triple);
+const STR: ExpectedKind = Some(Kind::Str);
+const CLOSURE: ExpectedKind = Some(Kind::Closure);
 
 /// Whether a kernel takes the arguments and defines the results.
 pub(super) fn fits(
@@ -18,8 +18,8 @@ pub(super) fn fits(
     results: &[ValueId],
     kind: impl Fn(ValueId) -> Kind,
 ) -> bool {
-    let fits = |wanted: &[Wanted], have: &[ValueId]| {
-        let each = |(wanted, v): (&Wanted, &ValueId)| wanted.is_none_or(|wanted| wanted == kind(*v));
+    let fits = |wanted: &[ExpectedKind], have: &[ValueId]| {
+        let each = |(wanted, v): (&ExpectedKind, &ValueId)| wanted.is_none_or(|wanted| wanted == kind(*v));
         wanted.len() == have.len() && wanted.iter().zip(have).all(each)
     };
     let (wanted_results, same) = match kernel {
@@ -32,7 +32,7 @@ pub(super) fn fits(
     same && fits(&arguments(kernel, args.len()), args) && fits(&wanted_results, results)
 }
 
-fn coordinates(dims: u8) -> Vec<Wanted> {
+fn coordinates(dims: u8) -> Vec<ExpectedKind> {
     match dims {
         1 => vec![FLOAT],
         2 => vec![FLOAT, FLOAT],
@@ -42,7 +42,7 @@ fn coordinates(dims: u8) -> Vec<Wanted> {
 }
 
 /// Coordinates, periods, the values of options, and derivatives along both axes.
-fn noise(dims: u8, periodic: bool, options: &[GaborOption], has_derivs: bool) -> Vec<Wanted> {
+fn noise(dims: u8, periodic: bool, options: &[GaborOption], has_derivs: bool) -> Vec<ExpectedKind> {
     let coordinates = coordinates(dims);
     let option = |option: &GaborOption| match option {
         GaborOption::Anisotropic | GaborOption::DoFilter => INT,
@@ -55,19 +55,19 @@ fn noise(dims: u8, periodic: bool, options: &[GaborOption], has_derivs: bool) ->
     list
 }
 
-fn shaped(first: &[Wanted], shapes: &[Shape]) -> Vec<Wanted> {
+fn shaped(first: &[ExpectedKind], shapes: &[Shape]) -> Vec<ExpectedKind> {
     let each = |shape: &Shape| std::iter::repeat_n(Some(shape.kind), shape.count as usize);
     first.iter().copied().chain(shapes.iter().flat_map(each)).collect()
 }
 
 /// The arguments; `n` is the number of those given, where several numbers are permitted.
-fn arguments(kernel: &Kernel, n: usize) -> Vec<Wanted> {
-    let lookup = |first: &[Wanted], options: usize, footprint: &[Wanted]| {
+fn arguments(kernel: &Kernel, n: usize) -> Vec<ExpectedKind> {
+    let lookup = |first: &[ExpectedKind], options: usize, footprint: &[ExpectedKind]| {
         let options = std::iter::repeat_n(None, options);
         first.iter().copied().chain(options).chain(footprint.iter().copied()).collect()
     };
     // One more argument of a kind is permitted.
-    let or_more = |list: &[Wanted], more: &[Wanted]| {
+    let or_more = |list: &[ExpectedKind], more: &[ExpectedKind]| {
         let more = if n > list.len() { more } else { &[] };
         list.iter().chain(more).copied().collect()
     };
@@ -138,9 +138,9 @@ fn arguments(kernel: &Kernel, n: usize) -> Vec<Wanted> {
 }
 
 /// The results; `n` is the number of those defined, where several numbers are permitted.
-fn results(kernel: &Kernel, n: usize) -> Vec<Wanted> {
+fn results(kernel: &Kernel, n: usize) -> Vec<ExpectedKind> {
     let number = |triple: bool| if triple { TRIPLE } else { FLOAT };
-    let values = |kind: Kind, count: u8, more: &[Wanted]| {
+    let values = |kind: Kind, count: u8, more: &[ExpectedKind]| {
         let values = std::iter::repeat_n(Some(kind), usize::from(count.max(1)));
         values.chain(more.iter().copied()).collect::<Vec<_>>()
     };

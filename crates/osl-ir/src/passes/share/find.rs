@@ -31,7 +31,7 @@ pub(super) struct Group {
 
 /// The facts about a value.
 #[derive(Clone, Copy, Debug, Default)]
-struct Known {
+struct ValueFacts {
     /// It takes few different values among neighbours.
     stepped: bool,
     /// The group that computes it.
@@ -48,13 +48,13 @@ struct Known {
 /// The groups of a body.
 #[derive(Debug)]
 pub(super) struct Groups {
-    known: Vec<Known>,
+    known: Vec<ValueFacts>,
     groups: Vec<Group>,
 }
 
 /// Finds the groups.
 pub(super) fn find(body: &Body) -> Groups {
-    let groups = Groups { known: vec![Known::default(); body.values.len()], groups: Vec::new() };
+    let groups = Groups { known: vec![ValueFacts::default(); body.values.len()], groups: Vec::new() };
     let mut find = Find { body, groups, around: Vec::new() };
     find.block(body.entry);
     find.groups
@@ -74,7 +74,7 @@ impl Groups {
         group
     }
 
-    fn known(&self, v: ValueId) -> Known {
+    fn known(&self, v: ValueId) -> ValueFacts {
         self.known.get(v.index()).copied().unwrap_or_default()
     }
 
@@ -194,13 +194,14 @@ impl Find<'_> {
         let (block, here) = self.around.last().copied().unwrap_or((self.body.entry, 0));
         let earliest = if earliest == u32::MAX { here + 1 } else { earliest };
         for v in values {
-            self.groups.known[v.index()] = Known { made_from, block: block.0, earliest, ..Known::default() };
+            self.groups.known[v.index()] =
+                ValueFacts { made_from, block: block.0, earliest, ..ValueFacts::default() };
         }
     }
 
     /// Visits the facts about each value that an operation reads; for a value from a surrounding block, its
     /// position there is irrelevant.
-    fn for_each_input(&self, op: &Op, visit: &mut dyn FnMut(Known, &Groups)) {
+    fn for_each_input(&self, op: &Op, visit: &mut dyn FnMut(ValueFacts, &Groups)) {
         let here = self.around.last().map_or(self.body.entry, |(block, _)| *block);
         let mut all = |v: ValueId| {
             let mut known = self.groups.known(v);
