@@ -1,4 +1,4 @@
-//! PartFile files: temporary files that replace their target when complete. This module also cleans up after dead
+//! Part files: temporary files that replace their target when complete. This module also cleans up after dead
 //! processes.
 //!
 //! A part file is in the folder of its target, and its writer holds a lock on it. The system releases the

@@ -15,6 +15,7 @@
 mod arithmetic;
 mod assumptions;
 mod calls;
+mod circles;
 mod composed;
 mod derivatives;
 mod every_call;

@@ -1,5 +1,5 @@
 //! Compares the maps of the project with its manifests: which crate may depend on which, and which crate uses
-//! which library. Checks the width of comments, which the formatter leaves alone.
+//! which library. Checks that texts name the oldest compiler, and the width of comments, which the formatter leaves alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -114,6 +114,16 @@ fn every_dependency_has_its_reason_and_its_users() {
     }
     wrong.extend(users.keys().filter(|name| !seen.contains(*name)).map(|name| format!("{name} has no row")));
     assert!(wrong.is_empty(), "docs/dependencies.md:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_workflow_uses_the_oldest_compiler() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let read = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
+    let manifest = read("Cargo.toml");
+    let version = manifest.split("rust-version = \"").nth(1).unwrap().split('"').next().unwrap();
+    assert!(read(".github/workflows/checks.yml").contains(&format!("rustup default {version}.0\n")));
+    assert!(read("README.md").contains(&format!("({version} or later)")));
 }
 
 /// The longest line of a comment, in characters.
