@@ -1,5 +1,6 @@
 //! Compares the maps of the project with its manifests: which crate may depend on which, and which crate uses
-//! which library. Checks that texts name the oldest compiler, and the width of comments, which the formatter leaves alone.
+//! which library. Checks that texts name the oldest compiler, and the width of comments, which the formatter
+//! leaves alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
