@@ -3,8 +3,8 @@
 //! This module must not know how a shader runs.
 
 use super::Failure;
+use super::args::globals::GlobalArgs;
 use super::args::{RunArgs, heading};
-use super::globals::GlobalArgs;
 use super::preview::PreviewArgs;
 use super::run;
 use super::watch::Reads;

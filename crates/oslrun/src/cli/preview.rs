@@ -5,9 +5,9 @@
 //! tracer of scenes. This module must not know how paths are followed or how files are written.
 
 use super::args::RunArgs;
+use super::args::bounds::displayed;
 use super::args::heading;
 use super::args::values::{Gained, STDOUT, gained};
-use super::bounds::displayed;
 use super::load::Loaded;
 use super::on::Job;
 use super::picture::{Stored, ViewArgs};

@@ -2,8 +2,8 @@
 //! of samples per pixel other than one.
 
 use super::Failure;
+use super::args::bounds::{Resolved, short};
 use super::args::{RunArgs, SampleArgs};
-use super::bounds::{Resolved, short};
 use super::output::Rows;
 use super::within::Reached;
 use osl_exec::{Frame, Plane, Program, RunError, RunOptions, Services};

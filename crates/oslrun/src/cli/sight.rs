@@ -3,7 +3,7 @@
 //! This module must not know how points are shaded or how files are written.
 
 use super::Failure;
-use super::bounds::Resolved;
+use super::args::bounds::Resolved;
 use super::on::{Job, Programs};
 use super::sampling::{Kept, Plan, Said, missed, spent};
 use osl_measure::sample::{Enough, Pattern, SeenImage, SeenWork, Sight};

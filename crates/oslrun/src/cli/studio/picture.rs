@@ -8,8 +8,8 @@
 use super::difference::Pinned;
 use super::subject::{outputs, stop, told, watch};
 use super::{cost, line, outside, rounding, samples};
+use crate::cli::args::bounds::bounds;
 use crate::cli::args::{RunArgs, SampleArgs};
-use crate::cli::bounds::bounds;
 use crate::cli::clock::Clock;
 use crate::cli::load::{self, Request};
 use crate::cli::preview::PreviewArgs;

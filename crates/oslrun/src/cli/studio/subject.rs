@@ -8,9 +8,9 @@
 
 use super::difference::Pinned;
 use super::{export, line, picture, save};
+use crate::cli::args::levels;
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
-use crate::cli::levels;
 use crate::cli::load::{self, Request};
 use crate::cli::watch::Reads;
 use crate::cli::{Failure, explain, info, input, repair, report};
