@@ -6,10 +6,11 @@
 use super::args::RunArgs;
 use super::args::values::Gained;
 use super::load::Loaded;
+use super::ranges::{Ranges, summary};
 use super::run::Streams;
 use super::sampling::Plan;
 use super::shading::{self, Report};
-use super::summary::{About, Ranges, Stats, summary};
+use super::summary::{About, Stats};
 use super::{Failure, data, histogram, input, output, session, sight};
 use osl::stages::{self, Compiled};
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};

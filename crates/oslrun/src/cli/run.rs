@@ -3,13 +3,16 @@
 use super::args::RunArgs;
 use super::args::values::STDOUT;
 use super::load::{self, Loaded, MoreTaps, Request};
-use super::output::{Broken, Rows, Tallied, Wanted};
+use super::output::{Broken, Tallied, Wanted};
 use super::prefilter;
 use super::preview::{self, PreviewArgs};
+use super::ranges::summary;
+use super::rows::{Points, Rows};
+use super::said::Said;
 use super::sampling::{self, Plan, Sampled, Target};
 use super::session::{grid_spaces, on_threads, options, points, progress, services, stopped};
 use super::shading::{self, Report};
-use super::summary::{About, Stats, summary};
+use super::summary::{About, Stats};
 use super::watch::Reads;
 use super::within::InTime;
 use super::{Failure, closures, console, data, histogram, on, output, profile, session, sweep};
@@ -121,7 +124,7 @@ pub(super) struct Kept {
     /// Whether the values miss their error bound.
     pub(super) missed: bool,
     /// What the samples took, if the picture does not have one for each pixel.
-    pub(super) said: Option<sampling::Said>,
+    pub(super) said: Option<Said>,
     /// Of a preview: its channels, and the samples that a PNG file stores.
     pub(super) lit: (usize, Vec<u8>),
     /// The time until the program was ready, and the time that it ran.
@@ -421,7 +424,7 @@ struct Shaded {
     file: Option<Unsaved>,
     tallied: Tallied,
     /// The report on samples.
-    said: Option<sampling::Said>,
+    said: Option<Said>,
 }
 
 /// The shader in the requested arithmetic, and in another one that may be used if an error is permitted.
@@ -461,7 +464,7 @@ fn shade(
     };
     let work = || {
         let Some(shading) = &shading else {
-            let mut plain = output::Points { run: &run, width: args.size().0, progress: &tick };
+            let mut plain = Points { run: &run, width: args.size().0, progress: &tick };
             return computed(&mut plain, wanted, args);
         };
         if let Plan::Within(time, ..) = plan {

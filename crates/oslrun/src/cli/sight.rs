@@ -5,7 +5,8 @@
 use super::Failure;
 use super::args::bounds::Resolved;
 use super::on::{Job, Programs};
-use super::sampling::{Kept, Plan, Said, missed, spent};
+use super::said::{Kept, Said, spent};
+use super::sampling::{Plan, missed};
 use osl_measure::sample::{Enough, Pattern, SeenImage, SeenWork, Sight};
 use osl_scene::view::Seen;
 

@@ -5,6 +5,7 @@ use super::load::{self, Loaded, Request};
 use super::prefilter::Wanted;
 use super::session::{busy, grid, on_threads, options, services, stopped};
 use super::shading::Report;
+use super::summary::SAME_IN_FAST;
 use super::{Failure, data, data_url};
 use clap::Args;
 use osl::stages::{self, Compiled};
@@ -99,10 +100,6 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     };
     report.print(&frame.messages, err).judge(run.lints.denies_errors())
 }
-
-/// What the fast arithmetic is worth for a program without an operation that it computes in another way.
-pub(super) const SAME_IN_FAST: &str =
-    "`--arithmetic fast` changes nothing here: the program has no operation that it computes in another way";
 
 /// The numbers of samples for which filtering is tried.
 const FILTERED: [u32; 3] = [1, 4, 16];
