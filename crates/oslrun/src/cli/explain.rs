@@ -4,7 +4,7 @@ use super::Failure;
 use super::args::{self, RunArgs};
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
-use super::{data, on};
+use super::{data, surface};
 use clap::Args;
 use osl_exec::{PointSource, Services};
 use osl_ir::ir::Body;
@@ -120,7 +120,7 @@ fn found(
         if uv.is_some() {
             return Err(Failure::usage("--uv is for the patch; with --on, --at X,Y chooses a pixel"));
         }
-        let (points, pixels, services) = on::points(run, loaded)?;
+        let (points, pixels, services) = surface::points(run, loaded)?;
         let (width, height) = run.grid;
         let (x, y) = at.unwrap_or((width / 2, height / 2));
         inside((x, y), run.grid)?;

@@ -7,7 +7,7 @@ use super::explain::json;
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
 use super::tradeoff::seconds;
-use super::{Failure, data, map, on};
+use super::{Failure, data, map, surface};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use osl_exec::{PointSource, Services};
@@ -76,7 +76,7 @@ fn kind(text: &str) -> Result<Wanted, String> {
 /// The points, the pixel of each if they are those of a surface, and the services.
 fn places(run: &RunArgs, loaded: &Loaded) -> Result<Places, Failure> {
     if run.on.on.is_some() {
-        let (points, pixels, services) = on::points(run, loaded)?;
+        let (points, pixels, services) = surface::points(run, loaded)?;
         return Ok((Box::new(points), Some(pixels), services));
     }
     let services = services(run, loaded.folder.clone(), super::session::grid_spaces(run));

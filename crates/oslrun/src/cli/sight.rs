@@ -4,9 +4,9 @@
 
 use super::Failure;
 use super::args::bounds::Resolved;
-use super::on::{Job, Programs};
 use super::said::{Kept, Said, spent};
 use super::sampling::{Plan, missed};
+use super::surface::{Job, Programs};
 use osl_measure::sample::{Enough, Pattern, SeenImage, SeenWork, Sight};
 use osl_scene::view::Seen;
 

@@ -12,7 +12,7 @@ use crate::cli::args::levels;
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
 use crate::cli::load::{self, Request};
-use crate::cli::watch::Reads;
+use crate::cli::reads::Reads;
 use crate::cli::{Failure, explain, info, input, repair, report};
 use osl::stages;
 use osl_files::{FileError, Roots, open_named, stamp};
