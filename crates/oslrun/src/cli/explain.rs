@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::args::{self, RunArgs};
+use super::json::json;
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
 use super::{data, surface};
@@ -192,10 +193,6 @@ fn told(
     }
     explanation.narrow(part).map_err(Failure::new)?;
     Ok(explanation)
-}
-
-pub(super) fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
-    Ok(serde_json::to_string_pretty(value).map_err(Failure::new)? + "\n")
 }
 
 /// The pixel whose point is closest to u and v.

@@ -34,6 +34,7 @@ mod idle;
 mod info;
 mod input;
 mod ir;
+mod json;
 mod json_lines;
 mod load;
 mod lod;

@@ -1,12 +1,11 @@
 //! `oslrun sanitize FILE`: counts numeric events by source line. This module must not know what an event is.
 
 use super::args::RunArgs;
-use super::args::values::image_path;
+use super::args::values::{image_path, seconds};
 use super::clock::Clock;
-use super::explain::json;
+use super::json::json;
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
-use super::tradeoff::seconds;
 use super::{Failure, data, map, surface};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};

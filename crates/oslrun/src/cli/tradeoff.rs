@@ -1,6 +1,7 @@
 //! `oslrun tradeoff FILE`: measures speed against accuracy.
 
 use super::args::RunArgs;
+use super::args::values::seconds;
 use super::load::{self, Loaded, Request};
 use super::prefilter::Wanted;
 use super::session::{busy, grid, on_threads, options, services, stopped};
@@ -40,12 +41,6 @@ pub(super) struct TradeoffArgs {
     /// Write a page with plots and pictures of the errors.
     #[arg(long, value_name = "FILE.html")]
     pub(super) html: Option<PathBuf>,
-}
-
-/// A number of seconds.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|s| (0.01..=1e6).contains(s));
-    number.ok_or_else(|| format!("a number of seconds from 0.01 to 1000000, not `{text}`"))
 }
 
 /// Measures and reports.

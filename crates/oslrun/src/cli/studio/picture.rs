@@ -6,7 +6,7 @@
 //! page may read.
 
 use super::difference::Pinned;
-use super::subject::{outputs, stop, told, watch};
+use super::told::{stop, told, watch};
 use super::{cost, line, outside, rounding, samples};
 use crate::cli::args::bounds::bounds;
 use crate::cli::args::{RunArgs, SampleArgs};
@@ -17,10 +17,10 @@ use crate::cli::reads::Reads;
 use crate::cli::{Failure, output, run, streams};
 use osl_exec::Plane;
 use osl_image::{BitDepth, ImageFormat, PngOptions, png_samples};
-use osl_ir::ir::Kind;
-use osl_ir::types::Type;
+use osl_ir::ir::{Body, Kind};
+use osl_ir::types::{StructTable, Type};
 use osl_limits::Cancel;
-use osl_studio::{Files, First, Picture, State, Stop};
+use osl_studio::{Files, First, Output, Picture, State, Stop};
 use serde_json::{Value, json};
 use std::cell::RefCell;
 use std::io::Write;
@@ -229,6 +229,15 @@ fn chosen(mut args: RunArgs, state: &State) -> Result<RunArgs, Stop> {
         }
     }
     Ok(args)
+}
+
+/// Outputs that a picture can show. Closures are shown only if there is nothing else, as the weights that a
+/// picture of the command has.
+pub(super) fn outputs(body: &Body) -> Vec<Output> {
+    let shown = body.outputs.iter().filter(|output| output.ty.is_number() || output.ty.is_triple());
+    // None of these types is a struct.
+    let types = StructTable::default();
+    shown.map(|output| Output { name: output.name.to_string(), ty: types.show(output.ty) }).collect()
 }
 
 /// The only output that is computed; none for a tap.
