@@ -94,8 +94,8 @@ fn difference_file(path: PathBuf) -> Result<PathBuf, String> {
 const FOR_IMAGES: [&str; 8] =
     ["file", "other", "second", "output", "outputs", "tolerance", "json", "message_format"];
 
-/// The message for the first option that has no effect because both pictures are image files. `line` describes
-/// the whole command line.
+/// The message for the first option that has no effect because both pictures are image files. `line`
+/// describes the whole command line.
 pub(super) fn refused(found: &ArgMatches, line: fn() -> Command) -> Option<String> {
     let image = |name| found.get_one::<PathBuf>(name).is_some_and(|path| !side::is_shader(path));
     if !image("file") || !image("other") {
@@ -123,8 +123,8 @@ pub(super) fn refused(found: &ArgMatches, line: fn() -> Command) -> Option<Strin
     ))
 }
 
-/// How the whole command line is read, for the second picture: its description, and the message for the first
-/// option that has no effect.
+/// How the whole command line is read, for the second picture: its description, and the message for the
+/// first option that has no effect.
 #[derive(Clone, Copy)]
 pub(super) struct Reading {
     pub(super) line: fn() -> Command,
