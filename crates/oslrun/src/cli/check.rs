@@ -1,9 +1,9 @@
 //! `oslrun check FILE…`: reports errors and warnings, and applies safe edits on request.
 
+use super::args::levels::{self, LintArgs};
 use super::args::{MessageFormat, ReadArgs};
 use super::input::Input;
-use super::levels::LintArgs;
-use super::{Failure, diff, fix, input, levels, report};
+use super::{Failure, diff, fix, input, report};
 use clap::Args;
 use osl::stages;
 use osl_hir::lint::Level;

@@ -1,8 +1,8 @@
 //! `oslrun compile FILE -o OUT`: compiles a source to a compiled shader (`.oso`).
 
 use super::args::ReadArgs;
-use super::levels::LintArgs;
-use super::{Failure, input, levels, report};
+use super::args::levels::{self, LintArgs};
+use super::{Failure, input, report};
 use clap::Args;
 use osl::stages;
 use osl_files::Unsaved;

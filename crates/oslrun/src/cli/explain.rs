@@ -2,9 +2,10 @@
 
 use super::Failure;
 use super::args::{self, RunArgs};
+use super::json::json;
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
-use super::{data, on};
+use super::{data, surface};
 use clap::Args;
 use osl_exec::{PointSource, Services};
 use osl_ir::ir::Body;
@@ -120,7 +121,7 @@ fn found(
         if uv.is_some() {
             return Err(Failure::usage("--uv is for the patch; with --on, --at X,Y chooses a pixel"));
         }
-        let (points, pixels, services) = on::points(run, loaded)?;
+        let (points, pixels, services) = surface::points(run, loaded)?;
         let (width, height) = run.grid;
         let (x, y) = at.unwrap_or((width / 2, height / 2));
         inside((x, y), run.grid)?;
@@ -192,10 +193,6 @@ fn told(
     }
     explanation.narrow(part).map_err(Failure::new)?;
     Ok(explanation)
-}
-
-pub(super) fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
-    Ok(serde_json::to_string_pretty(value).map_err(Failure::new)? + "\n")
 }
 
 /// The pixel whose point is closest to u and v.

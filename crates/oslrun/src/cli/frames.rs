@@ -3,11 +3,11 @@
 //! This module must not know how a shader runs.
 
 use super::Failure;
+use super::args::globals::GlobalArgs;
 use super::args::{RunArgs, heading};
-use super::globals::GlobalArgs;
 use super::preview::PreviewArgs;
-use super::run;
-use super::watch::Reads;
+use super::reads::Reads;
+use super::stdout;
 use clap::Args;
 use std::io::Write;
 use std::ops::RangeInclusive;
@@ -51,7 +51,7 @@ pub(super) fn run(
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<(), Failure> {
-    let Some(frames) = wanted.frames.clone() else { return run::run(args, lit, json, reads, out, err) };
+    let Some(frames) = wanted.frames.clone() else { return stdout::run(args, lit, json, reads, out, err) };
     if json {
         return Err(Failure::usage("--json is for a run without --frames"));
     }
@@ -68,7 +68,7 @@ pub(super) fn run(
         let time = (f64::from(frame) / wanted.fps.unwrap_or(FPS)) as f32;
         let globals = GlobalArgs { time: Some(time), ..args.globals.clone() };
         let args = RunArgs { output: numbered(path, frame), globals, ..args.clone() };
-        match run::run(&args, lit, false, reads.as_deref_mut(), out, err) {
+        match stdout::run(&args, lit, false, reads.as_deref_mut(), out, err) {
             Err(failure) if failure.wrote => missed = Err(failure),
             result => result?,
         }

@@ -181,7 +181,7 @@ pub(super) fn refused(found: &ArgMatches) -> Option<String> {
     let (command, options) = found.subcommand()?;
     let is_typed = |name: &str| options.value_source(name) == Some(ValueSource::CommandLine);
     if command == compare::NAME
-        && let Some(text) = compare::refused(options)
+        && let Some(text) = compare::refused(options, command_line)
     {
         return Some(text);
     }

@@ -1,9 +1,9 @@
 //! `oslrun ir FILE`.
 
 use super::Failure;
+use super::args::levels::LintArgs;
 use super::args::values::{assignment, pass};
 use super::args::{NetworkArgs, ReadArgs};
-use super::levels::LintArgs;
 use super::load::{self, Request};
 use clap::{Args, ValueEnum};
 use osl::stages;

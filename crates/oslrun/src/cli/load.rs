@@ -1,7 +1,8 @@
 //! Loads a shader file, or a group from a file, a text or the command line, up to the lowered body.
 
+use super::args::levels;
 use super::args::{NetworkArgs, ReadArgs, RunArgs};
-use super::{Failure, input, levels, repair, report};
+use super::{Failure, input, repair, report};
 use crate::nodes;
 use osl::stages::{self, CompileError, ShaderFiles};
 use osl_files::{FileError, Opened, Roots};

@@ -2,11 +2,11 @@
 //! This module must not know how levels are found or written.
 
 use super::args::RunArgs;
+use super::args::values::seconds;
 use super::clock::Clock;
-use super::explain::json;
+use super::json::json;
 use super::load::{self, Loaded, Request};
 use super::session::{busy, grid, grid_spaces, options, services, stopped};
-use super::tradeoff::seconds;
 use super::{Failure, data_url, input, repair};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};

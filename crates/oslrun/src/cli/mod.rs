@@ -10,7 +10,6 @@
 
 mod args;
 mod book;
-mod bounds;
 mod check;
 mod clock;
 mod closures;
@@ -22,7 +21,6 @@ mod console;
 mod data;
 mod data_url;
 mod diff;
-mod display;
 mod doc;
 mod explain;
 mod explain_error;
@@ -30,16 +28,14 @@ mod figures;
 mod fix;
 mod fmt;
 mod frames;
-mod globals;
 mod group_text;
 mod histogram;
 mod idle;
 mod info;
 mod input;
 mod ir;
+mod json;
 mod json_lines;
-mod levels;
-mod limits;
 mod load;
 mod lod;
 mod map;
@@ -52,11 +48,15 @@ mod prefilter;
 mod preview;
 mod profile;
 mod prove;
+mod ranges;
+mod reads;
 mod render;
 mod repair;
 mod report;
 mod roles;
+mod rows;
 mod run;
+mod said;
 mod sampling;
 mod sanitize;
 mod session;
@@ -64,8 +64,11 @@ mod shading;
 mod sight;
 mod software;
 mod stability;
+mod stdout;
+mod streams;
 mod studio;
 mod summary;
+mod surface;
 mod sweep;
 mod tradeoff;
 mod version;
@@ -191,15 +194,18 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
         (Some(Command::Lod(args)), _) => lod::lod(&args, out, err),
-        (Some(Command::Compare(compared)), _) => compare::compare(*compared, &args, out, err),
+        (Some(Command::Compare(compared)), _) => {
+            let reading = compare::Reading { line: idle::command_line, refused: idle::refused };
+            compare::compare(*compared, (&args, reading), out, err)
+        }
         (Some(Command::PictureBook(args)), _) => book::book(&args, out, err),
         (Some(Command::Studio(live)), _) => studio::studio(&live, &args, out),
         (Some(Command::Render(mut found)), _) => {
             found.command = words::text(&args, Some(&found.file));
             render::render(&found, out, err)
         }
-        (Some(Command::Completions(args)), _) => pages::completions(&args, out),
-        (Some(Command::Man(args)), _) => pages::man(&args, out),
+        (Some(Command::Completions(args)), _) => pages::completions(&args, idle::command_line(), out),
+        (Some(Command::Man(args)), _) => pages::man(&args, idle::command_line(), out),
         (None, running) => run_shader(running, &args, out, err),
     };
     exit_code(result, err)

@@ -4,9 +4,10 @@
 use super::Failure;
 use super::args::RunArgs;
 use super::args::values::STDOUT;
+use super::ranges::Ranges;
+use super::rows::Rows;
 use super::software::{self, SOFTWARE};
-use super::summary::Ranges;
-use osl_exec::{Frame, Look, Plane, Printed, Run, RunError, Words};
+use osl_exec::{Frame, Plane, Printed, RunError, Words};
 use osl_files::{FileError, Roots, Unsaved, save_all};
 use osl_image::{
     ExrOptions, ImageError, ImageFormat, Layer, LayerKind, ROWS_TOGETHER, SampleType, channel_bytes,
@@ -19,7 +20,6 @@ use osl_syntax::escape::shown;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -299,62 +299,6 @@ impl From<ImageError> for Broken {
 /// Whether a frame is written to its file piece by piece.
 pub(super) fn streams(args: &RunArgs) -> bool {
     args.output.as_deref().and_then(ImageFormat::of) == Some(ImageFormat::Exr)
-}
-
-/// An image that is computed some rows at a time, from the first row on.
-pub(super) trait Rows {
-    /// The planes of its pieces, without values.
-    fn planes(&self) -> Result<Vec<Plane>, RunError>;
-
-    /// Checks that the planes of this many points may be in memory.
-    fn fits(&self, points: usize) -> Result<(), RunError>;
-
-    /// Its next rows.
-    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError>;
-
-    /// Words of memory per word of a piece.
-    fn weight(&self) -> usize {
-        1
-    }
-
-    /// Whether all rows take no more memory together than piece by piece.
-    fn is_plain(&self) -> bool {
-        false
-    }
-
-    /// Computes rows without keeping the values, if it can: `look` gets those of each tile.
-    fn look(&mut self, _rows: Range<usize>, _look: &Look<'_>) -> Option<Result<Frame, RunError>> {
-        None
-    }
-}
-
-/// A run with one point per pixel.
-pub(super) struct Points<'a, 'b> {
-    pub(super) run: &'a Run<'b>,
-    pub(super) width: usize,
-    pub(super) progress: &'a (dyn Fn(usize) + Sync),
-}
-
-impl Rows for Points<'_, '_> {
-    fn planes(&self) -> Result<Vec<Plane>, RunError> {
-        self.run.planes()
-    }
-
-    fn fits(&self, points: usize) -> Result<(), RunError> {
-        self.run.fits(points)
-    }
-
-    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError> {
-        self.run.points(rows.start * self.width..rows.end * self.width, self.progress)
-    }
-
-    fn is_plain(&self) -> bool {
-        true
-    }
-
-    fn look(&mut self, rows: Range<usize>, look: &Look<'_>) -> Option<Result<Frame, RunError>> {
-        Some(self.run.look(rows.start * self.width..rows.end * self.width, self.progress, look))
-    }
 }
 
 /// The number of rows that are computed at a time.

@@ -3,8 +3,7 @@
 //! Both are made from the declared options. This module must not know what the options mean.
 
 use super::Failure;
-use super::idle;
-use clap::Args;
+use clap::{Args, Command};
 use clap_complete::Shell;
 use osl_syntax::spelling::closest;
 use std::io::Write;
@@ -26,25 +25,28 @@ pub(super) struct ManArgs {
     command: Option<String>,
 }
 
-/// Prints the completions of a shell.
-pub(super) fn completions(args: &CompletionArgs, out: &mut dyn Write) -> Result<(), Failure> {
+/// Prints the completions of a shell for the command line.
+pub(super) fn completions(
+    args: &CompletionArgs,
+    mut line: Command,
+    out: &mut dyn Write,
+) -> Result<(), Failure> {
     // The generator panics if it cannot write, so it writes to memory.
     let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut idle::command_line(), "oslrun", &mut text);
+    clap_complete::generate(args.shell, &mut line, "oslrun", &mut text);
     let _ = out.write_all(&text);
     Ok(())
 }
 
-/// Prints a manual page.
-pub(super) fn man(args: &ManArgs, out: &mut dyn Write) -> Result<(), Failure> {
-    let mut all = idle::command_line();
-    all.build();
+/// Prints a manual page of the command line.
+pub(super) fn man(args: &ManArgs, mut line: Command, out: &mut dyn Write) -> Result<(), Failure> {
+    line.build();
     let page = match &args.command {
-        None => all,
-        Some(name) => match all.get_subcommands().find(|command| command.get_name() == name) {
+        None => line,
+        Some(name) => match line.get_subcommands().find(|command| command.get_name() == name) {
             Some(found) => found.clone(),
             None => {
-                let names = all.get_subcommands().map(clap::Command::get_name);
+                let names = line.get_subcommands().map(Command::get_name);
                 let close =
                     closest(name, names).map_or_else(String::new, |c| format!("; did you mean `{c}`?"));
                 return Err(Failure::new(format!("there is no command `{name}`{close}")));

@@ -5,17 +5,17 @@
 //! tracer of scenes. This module must not know how paths are followed or how files are written.
 
 use super::args::RunArgs;
+use super::args::bounds::displayed;
 use super::args::heading;
 use super::args::values::{Gained, STDOUT, gained};
-use super::bounds::displayed;
 use super::load::Loaded;
-use super::on::Job;
 use super::picture::{Stored, ViewArgs};
 use super::render::stats;
 use super::roles::{Asked, Roles};
-use super::run::Streams;
 use super::shading::Report;
+use super::streams::Streams;
 use super::summary::About;
+use super::surface::Job;
 use super::{Failure, session};
 use crate::nodes;
 use clap::Args;

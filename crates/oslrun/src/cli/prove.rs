@@ -1,11 +1,11 @@
 //! `oslrun bounds FILE`: proves what holds at every point. This module must not know how bounds are found.
 
 use super::args::RunArgs;
+use super::args::values::seconds;
 use super::clock::Clock;
-use super::explain::json;
+use super::json::json;
 use super::load::{self, Loaded, Request};
 use super::session::{grid, grid_spaces, options, services};
-use super::tradeoff::seconds;
 use super::{Failure, data};
 use clap::Args;
 use osl_exec::PointSource;

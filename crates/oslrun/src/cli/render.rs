@@ -1,8 +1,8 @@
 //! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
 
+use super::args::bounds::displayed_error;
 use super::args::values::{Crop, STDOUT, assignment, crop, grid, picture_file};
 use super::args::{MessageFormat, ReadArgs};
-use super::bounds::displayed_error;
 use super::load::Folders;
 use super::picture::{ExposureArgs, Stored, ViewArgs};
 use super::session::{on_threads, progress, stopped};

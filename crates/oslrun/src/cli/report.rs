@@ -1,8 +1,8 @@
 //! Prints diagnostics and run-time messages for the user.
 
 use super::Failure;
+use super::args::levels::LintArgs;
 use super::args::{MessageFormat, ReadArgs};
-use super::levels::LintArgs;
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;

@@ -1,20 +1,23 @@
 //! `oslrun FILE -o OUT`: compiles a shader, runs it on the grid, and writes the image.
 
 use super::args::RunArgs;
-use super::args::values::STDOUT;
 use super::load::{self, Loaded, MoreTaps, Request};
-use super::output::{Broken, Rows, Tallied, Wanted};
+use super::output::{Broken, Tallied, Wanted};
 use super::prefilter;
 use super::preview::{self, PreviewArgs};
+use super::ranges::summary;
+use super::reads::Reads;
+use super::rows::{Points, Rows};
+use super::said::Said;
 use super::sampling::{self, Plan, Sampled, Target};
 use super::session::{grid_spaces, on_threads, options, points, progress, services, stopped};
 use super::shading::{self, Report};
-use super::summary::{About, Stats, summary};
-use super::watch::Reads;
+use super::streams::{First, Kept, Streams};
+use super::summary::{About, Stats};
 use super::within::InTime;
-use super::{Failure, closures, console, data, histogram, on, output, profile, session, sweep};
+use super::{Failure, closures, data, histogram, on, output, profile, session};
 use osl::stages;
-use osl_exec::{Frame, Plane, PointSource, Program, Run, RunOptions, Services};
+use osl_exec::{Frame, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
 use osl_ir::passes;
 use osl_measure::explain;
@@ -24,117 +27,6 @@ use osl_scene::{Crop, WithData};
 use osl_syntax::source::SourceMap;
 use std::io::Write;
 use std::time::{Duration, Instant};
-
-/// Runs a shader. With `json`, the standard output gets one object; if it gets the picture, text goes to the
-/// standard error.
-pub(super) fn run(
-    args: &RunArgs,
-    lit: &PreviewArgs,
-    json: bool,
-    reads: Option<&mut Reads>,
-    out: &mut dyn Write,
-    err: &mut dyn Write,
-) -> Result<(), Failure> {
-    args.display.check(args.output.as_deref())?;
-    let piped = args.output.as_deref().is_some_and(|path| path.as_os_str() == STDOUT);
-    if piped && json {
-        return Err(Failure::usage("--json and the picture of `-o -` do not fit on one standard output"));
-    }
-    if piped && console::is_terminal() {
-        return Err(Failure::usage(
-            "`-o -` writes the bytes of a picture, which a terminal cannot show: pipe it, or name a file",
-        ));
-    }
-    let (mut text, mut picture) = (Vec::new(), Vec::new());
-    let mut about = About::default();
-    if !piped && !json {
-        return pictures(
-            args,
-            lit,
-            None,
-            &mut Streams { out, err, picture: &mut picture, kept: None, first: None, reads, more_taps: None },
-        );
-    }
-    let streams = &mut Streams {
-        out: &mut text,
-        err: &mut *err,
-        picture: &mut picture,
-        kept: None,
-        first: None,
-        reads,
-        more_taps: None,
-    };
-    let result = pictures(args, lit, json.then_some(&mut about), streams);
-    if json {
-        about.printed = String::from_utf8_lossy(&text).into_owned();
-        if let Err(failure) = &result
-            && !failure.wrote
-        {
-            return result;
-        }
-        let _ = writeln!(out, "{}", serde_json::to_string_pretty(&about).map_err(Failure::new)?);
-        return result;
-    }
-    let _ = err.write_all(&text);
-    let _ = out.write_all(&picture);
-    result
-}
-
-/// Runs a shader once, or for several values of parameters.
-fn pictures(
-    args: &RunArgs,
-    lit: &PreviewArgs,
-    about: Option<&mut About>,
-    streams: &mut Streams<'_>,
-) -> Result<(), Failure> {
-    let sweeps = sweep::find(args)?;
-    if sweeps.is_empty() {
-        return shaded(args, lit, about, streams);
-    }
-    if lit.preview || about.is_some() {
-        return Err(Failure::usage("--preview and --json are for a run with one value of each parameter"));
-    }
-    sweep::run(args, &sweeps, streams)
-}
-
-/// Where a run writes: text, messages, and a picture that is not a file.
-pub(super) struct Streams<'a> {
-    pub(super) out: &'a mut dyn Write,
-    pub(super) err: &'a mut dyn Write,
-    pub(super) picture: &'a mut dyn Write,
-    /// Gets the values of a run, for a command that does more with them than write them.
-    pub(super) kept: Option<&'a mut Kept>,
-    /// Gets the values of a smaller grid before those of the whole one.
-    pub(super) first: Option<First<'a>>,
-    /// Gets the files that the run reads.
-    pub(super) reads: Option<&'a mut Reads>,
-    /// Makes taps of the shader, besides those of the command line.
-    pub(super) more_taps: Option<&'a MoreTaps<'a>>,
-}
-
-/// The values of a run.
-#[derive(Default)]
-pub(super) struct Kept {
-    pub(super) frame: Frame,
-    /// 0 at pixels that show nothing.
-    pub(super) covered: Option<Plane>,
-    /// Whether the values miss their error bound.
-    pub(super) missed: bool,
-    /// What the samples took, if the picture does not have one for each pixel.
-    pub(super) said: Option<sampling::Said>,
-    /// Of a preview: its channels, and the samples that a PNG file stores.
-    pub(super) lit: (usize, Vec<u8>),
-    /// The time until the program was ready, and the time that it ran.
-    pub(super) times: [Duration; 2],
-}
-
-/// A smaller grid that the compiled program runs before the whole one.
-pub(super) struct First<'a> {
-    /// Columns and rows.
-    pub(super) grid: (usize, usize),
-    /// Gets the values; not called for a surface or a preview.
-    pub(super) show: &'a dyn Fn(Kept),
-}
 
 /// Runs a shader that writes no picture, and returns its values.
 pub(super) fn values(
@@ -189,11 +81,12 @@ fn kept_with(
     let mut picture = std::io::sink();
     let picture = &mut picture;
     let streams = &mut Streams { out, err, picture, kept: Some(&mut kept), first, reads, more_taps };
-    shaded(args, lit, None, streams)?;
+    run(args, lit, None, streams)?;
     Ok(kept)
 }
 
-fn shaded(
+/// Runs a shader once.
+pub(super) fn run(
     args: &RunArgs,
     lit: &PreviewArgs,
     mut about: Option<&mut About>,
@@ -421,7 +314,7 @@ struct Shaded {
     file: Option<Unsaved>,
     tallied: Tallied,
     /// The report on samples.
-    said: Option<sampling::Said>,
+    said: Option<Said>,
 }
 
 /// The shader in the requested arithmetic, and in another one that may be used if an error is permitted.
@@ -461,7 +354,7 @@ fn shade(
     };
     let work = || {
         let Some(shading) = &shading else {
-            let mut plain = output::Points { run: &run, width: args.size().0, progress: &tick };
+            let mut plain = Points { run: &run, width: args.size().0, progress: &tick };
             return computed(&mut plain, wanted, args);
         };
         if let Plan::Within(time, ..) = plan {

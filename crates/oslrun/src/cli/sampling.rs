@@ -2,17 +2,15 @@
 //! of samples per pixel other than one.
 
 use super::Failure;
-use super::args::{RunArgs, SampleArgs};
-use super::bounds::{Resolved, short};
-use super::output::Rows;
-use super::within::Reached;
+use super::args::SampleArgs;
+use super::args::bounds::{Resolved, short};
+use super::rows::Rows;
+use super::said::{Kept, Said, spent};
 use osl_exec::{Frame, Plane, Program, RunError, RunOptions, Services};
 use osl_measure::sample::{
-    Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, PROMISED, Pattern, Rate, Reach,
-    Shading, Surface, Tally, Watch, adaptive, at_rate, likely, max_error_each, outputs, reaches,
+    Adaptive, Check, Filter, FilterKind, Image, MAX_SAMPLES, PROMISED, Pattern, Rate, Reach, Shading,
+    Surface, Tally, Watch, adaptive, at_rate, likely, max_error_each, outputs, reaches,
 };
-use osl_syntax::escape::shown;
-use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Range;
 use std::time::Duration;
@@ -245,60 +243,6 @@ pub(super) struct Sampled<'a, 'b> {
     progress: &'a (dyn Fn(usize) + Sync),
 }
 
-/// The report on an image with samples.
-#[derive(Default)]
-pub(super) struct Said {
-    pub(super) tally: Tally,
-    /// Samples of each pixel, 0 where it was interpolated, if they are kept and differ.
-    pub(super) samples: Vec<u32>,
-    /// What the image took, and its error.
-    pub(super) text: String,
-    /// Notes on the error bounds.
-    pub(super) notes: String,
-    /// The bounds, if there are any, and whether the image keeps them.
-    pub(super) max_error: Option<Kept>,
-    /// What a time was enough for.
-    pub(super) within: Option<Reached>,
-    /// Why they are not kept.
-    pub(super) missed: Option<String>,
-}
-
-/// Error bounds, and whether an image keeps them.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Kept {
-    bounds: Vec<Resolved>,
-    kept: bool,
-}
-
-impl Kept {
-    /// Bounds that an image keeps or not.
-    pub(super) fn of(bounds: Vec<Resolved>, kept: bool) -> Kept {
-        Kept { bounds, kept }
-    }
-}
-
-impl Said {
-    /// Prints the report. Returns whether the image misses its bounds.
-    pub(super) fn print(
-        &self,
-        args: &RunArgs,
-        out: &mut dyn std::io::Write,
-        err: &mut dyn std::io::Write,
-    ) -> bool {
-        let _ = write!(err, "{}", shown(&self.notes));
-        let _ = match (args.stats, &args.live) {
-            (true, _) => write!(err, "{}", self.text),
-            (false, None) => write!(out, "{}", self.text),
-            // A page has its own place for it.
-            (false, Some(_)) => Ok(()),
-        };
-        if let Some(why) = &self.missed {
-            let _ = writeln!(err, "warning: {}", shown(why));
-        }
-        self.missed.is_some()
-    }
-}
-
 impl<'a, 'b> Sampled<'a, 'b> {
     /// An image before its first piece.
     pub(super) fn new(
@@ -345,7 +289,7 @@ impl<'a, 'b> Sampled<'a, 'b> {
         let most = if let Plan::MaxError(most, ..) = self.plan { most } else { MAX_SAMPLES };
         let missed = self.target.missed(&self.tally, compared.as_ref(), most);
         let bounds = self.target.each.clone();
-        let max_error = (!bounds.is_empty()).then(|| Kept { bounds, kept: missed.is_none() });
+        let max_error = (!bounds.is_empty()).then(|| Kept::of(bounds, missed.is_none()));
         let notes = self.target.words.clone();
         let samples = self.samples.unwrap_or_default();
         Ok(Said { tally: self.tally, samples, text, notes, max_error, missed, within: None })
@@ -380,39 +324,6 @@ impl Rows for Sampled<'_, '_> {
     fn weight(&self) -> usize {
         8
     }
-}
-
-/// The number of evaluations, and the pixels that received them.
-pub(super) fn spent(tally: &Tally) -> String {
-    let mut text = format!("{:.3} evaluations a pixel", tally.per_pixel());
-    let share = |pixels: u64| 100.0 * pixels as f64 / tally.pixels.max(1) as f64;
-    for (at, (samples, pixels)) in tally.by_samples.iter().enumerate() {
-        let what = match samples {
-            0 => "interpolated".to_string(),
-            1 => "with 1 sample".to_string(),
-            n => format!("with {n}"),
-        };
-        let _ = write!(text, "{} {:.2} % {what}", if at == 0 { ":" } else { "," }, share(*pixels));
-    }
-    text.push('\n');
-    if let Some(Cheaper { compared, largest, pixels }) = tally.cheaper {
-        let _ = writeln!(
-            text,
-            "{:.2} % sampled in fast arithmetic, which is off by {largest:.1e} at most of {compared} samples",
-            share(pixels)
-        );
-    }
-    if tally.unfinished > 0 {
-        let _ = writeln!(
-            text,
-            "{} pixels want more samples than they may have; --samples sets the limit",
-            tally.unfinished
-        );
-    }
-    if tally.not_finite > 0 {
-        let _ = writeln!(text, "{} pixels have a value that is not a number or infinite", tally.not_finite);
-    }
-    text
 }
 
 /// The error of an image of so many pixels.

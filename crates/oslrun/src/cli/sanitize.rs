@@ -1,13 +1,12 @@
 //! `oslrun sanitize FILE`: counts numeric events by source line. This module must not know what an event is.
 
 use super::args::RunArgs;
-use super::args::values::image_path;
+use super::args::values::{image_path, seconds};
 use super::clock::Clock;
-use super::explain::json;
+use super::json::json;
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
-use super::tradeoff::seconds;
-use super::{Failure, data, map, on};
+use super::{Failure, data, map, surface};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use osl_exec::{PointSource, Services};
@@ -76,7 +75,7 @@ fn kind(text: &str) -> Result<Wanted, String> {
 /// The points, the pixel of each if they are those of a surface, and the services.
 fn places(run: &RunArgs, loaded: &Loaded) -> Result<Places, Failure> {
     if run.on.on.is_some() {
-        let (points, pixels, services) = on::points(run, loaded)?;
+        let (points, pixels, services) = surface::points(run, loaded)?;
         return Ok((Box::new(points), Some(pixels), services));
     }
     let services = services(run, loaded.folder.clone(), super::session::grid_spaces(run));

@@ -3,9 +3,10 @@
 //! This module must not know how points are shaded or how files are written.
 
 use super::Failure;
-use super::bounds::Resolved;
-use super::on::{Job, Programs};
-use super::sampling::{Kept, Plan, Said, missed, spent};
+use super::args::bounds::Resolved;
+use super::said::{Kept, Said, spent};
+use super::sampling::{Plan, missed};
+use super::surface::{Job, Programs};
 use osl_measure::sample::{Enough, Pattern, SeenImage, SeenWork, Sight};
 use osl_scene::view::Seen;
 

@@ -6,11 +6,11 @@ mod repair;
 use super::args::values::image_path;
 use super::args::{self, RunArgs};
 use super::clock::Clock;
-use super::explain::json;
 use super::info::{self, Parameter};
+use super::json::json;
 use super::load::{self, Loaded, Request};
+use super::reads::Reads;
 use super::session::{grid, grid_spaces, options, progress, services, stopped};
-use super::watch::Reads;
 use super::{Failure, map};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Arg, Args};
@@ -40,7 +40,7 @@ pub(super) struct StabilityArgs {
     fix: bool,
     /// Maximum time in seconds; 4 by default, and 10 with --fix. If it is not enough, the report says what
     /// was not examined.
-    #[arg(long, value_name = "SECONDS", value_parser = super::tradeoff::seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = args::values::seconds)]
     budget: Option<f64>,
     /// Show the result of every setting, and all lines.
     #[arg(long)]

@@ -1,10 +1,12 @@
 //! `oslrun tradeoff FILE`: measures speed against accuracy.
 
 use super::args::RunArgs;
+use super::args::values::seconds;
 use super::load::{self, Loaded, Request};
 use super::prefilter::Wanted;
 use super::session::{busy, grid, on_threads, options, services, stopped};
 use super::shading::Report;
+use super::summary::SAME_IN_FAST;
 use super::{Failure, data, data_url};
 use clap::Args;
 use osl::stages::{self, Compiled};
@@ -39,12 +41,6 @@ pub(super) struct TradeoffArgs {
     /// Write a page with plots and pictures of the errors.
     #[arg(long, value_name = "FILE.html")]
     pub(super) html: Option<PathBuf>,
-}
-
-/// A number of seconds.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|s| (0.01..=1e6).contains(s));
-    number.ok_or_else(|| format!("a number of seconds from 0.01 to 1000000, not `{text}`"))
 }
 
 /// Measures and reports.
@@ -99,10 +95,6 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     };
     report.print(&frame.messages, err).judge(run.lints.denies_errors())
 }
-
-/// What the fast arithmetic is worth for a program without an operation that it computes in another way.
-pub(super) const SAME_IN_FAST: &str =
-    "`--arithmetic fast` changes nothing here: the program has no operation that it computes in another way";
 
 /// The numbers of samples for which filtering is tried.
 const FILTERED: [u32; 3] = [1, 4, 16];

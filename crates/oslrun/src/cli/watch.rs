@@ -4,18 +4,16 @@
 //! times per second. A run that fails leaves the last picture in place. This module must not know how a
 //! shader runs.
 
+use super::Failure;
 use super::args::values::STDOUT;
 use super::args::{RunArgs, heading};
 use super::frames::{self, FrameArgs};
 use super::preview::PreviewArgs;
-use super::{Failure, input};
+use super::reads::Reads;
 use clap::Args;
-use osl::stages;
 use osl_files::{Stamp, stamp};
-use osl_image::TextureCache;
 use osl_syntax::escape::shown;
-use osl_syntax::source::SourceMap;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -30,34 +28,6 @@ pub(super) struct WatchArgs {
     /// shader with errors leaves the last picture in place.
     #[arg(long, conflicts_with = "json", help_heading = heading::RUNNING)]
     watch: bool,
-}
-
-/// The files that a run reads, or looks for.
-#[derive(Debug, Default)]
-pub(super) struct Reads(pub(super) BTreeSet<PathBuf>);
-
-impl Reads {
-    /// Adds the files of a source.
-    pub(super) fn sources(&mut self, sources: &SourceMap) {
-        self.0.extend(sources.files().iter().map(|file| PathBuf::from(&*file.name)));
-    }
-
-    /// Adds the places of the textures that a run looked for, and of others with these names.
-    pub(super) fn textures<'a>(&mut self, textures: &TextureCache, names: impl IntoIterator<Item = &'a str>) {
-        self.0.extend(textures.places(names));
-    }
-
-    /// Adds the files that the command line names, and those that a single shader includes, even if it has
-    /// errors.
-    fn named(&mut self, args: &RunArgs) {
-        self.0.extend(args.file.iter().chain(&args.attributes).cloned());
-        self.0.extend(args.on.on.iter().map(PathBuf::from));
-        let Some(path) = &args.file else { return };
-        if let Ok(input) = input::read(path, &args.read) {
-            let files = input.files.or_anywhere(args.allow_files);
-            self.sources(&stages::check(&input.name, &input.text, &files, &input.options).sources);
-        }
-    }
 }
 
 /// The stamp of each file; none if there is no such file.
@@ -151,9 +121,19 @@ fn next_change(known: &mut Looks, wait: &mut impl FnMut() -> bool) -> Option<Pat
 #[allow(clippy::unwrap_used, reason = "a test says what must hold")]
 mod tests {
     use super::*;
-    use crate::cli::commands::Cli;
     use clap::Parser;
     use std::path::Path;
+
+    /// The options of a run that is watched.
+    #[derive(Debug, Parser)]
+    struct Line {
+        #[command(flatten)]
+        run: RunArgs,
+        #[command(flatten)]
+        frames: FrameArgs,
+        #[command(flatten)]
+        preview: PreviewArgs,
+    }
 
     const GOOD: &str = "#include \"k.h\"\nshader s(output float f = 0) { f = K * u; }";
 
@@ -166,7 +146,7 @@ mod tests {
         std::fs::write(path("s.osl"), GOOD).unwrap();
         let (file, picture) = (path("s.osl").display().to_string(), path("s.png").display().to_string());
         let words = ["oslrun", &file, "-g", "4x4", "-o", &picture];
-        let cli = Cli::parse_from(words.iter().chain(more)).run;
+        let line = Line::parse_from(words.iter().chain(more));
         let (mut out, mut err, mut pictures, mut at) = (Vec::new(), Vec::new(), Vec::new(), 0);
         // Two looks without a change follow each step: the first one finds it, the next one sees it rest.
         let wait = || {
@@ -178,7 +158,7 @@ mod tests {
             at += 1;
             true
         };
-        watched(&cli.run, (&cli.frames, &cli.preview), wait, &mut out, &mut err).unwrap();
+        watched(&line.run, (&line.frames, &line.preview), wait, &mut out, &mut err).unwrap();
         let said = String::from_utf8(err).unwrap();
         (said.replace(&dir.path().display().to_string(), "@"), pictures)
     }

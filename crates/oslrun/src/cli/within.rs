@@ -2,11 +2,11 @@
 //!
 //! This module must not know how samples are taken, or where the image goes.
 
-use super::output::Rows;
-use super::sampling::{Said, checked, spent};
+use super::rows::Rows;
+use super::said::{Reached, Said, spent};
+use super::sampling::checked;
 use osl_exec::{Frame, Plane, RunError};
 use osl_measure::sample::{Shading, Tally, Watch, within};
-use serde::Serialize;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -36,21 +36,6 @@ struct Done {
     tally: Tally,
     reached: Reached,
     text: String,
-}
-
-/// What the time was enough for.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Reached {
-    /// Samples of each pixel.
-    samples: u32,
-    /// Seconds from the start of the command until the error was measured.
-    seconds: f64,
-    /// Whether one sample for each pixel fits into the time.
-    fits: bool,
-    /// Root mean square error.
-    rms: f64,
-    /// Number of pixels at which it was measured.
-    compared: u64,
 }
 
 impl<'a, 'b> InTime<'a, 'b> {

@@ -1,16 +1,23 @@
 //! Options that several commands share: how a source is read, a group, and how a shader is run.
 //!
-//! Options of one command are declared beside the command. This module must not know commands.
+//! A group of options whose values need more than a line has a module here: `bounds`, `display`, `globals`,
+//! `levels`, `limits`. Options of one command are declared beside the command. This module must not know
+//! commands.
 
+pub(super) mod bounds;
+pub(super) mod display;
+pub(super) mod globals;
+pub(super) mod levels;
+pub(super) mod limits;
 pub(super) mod values;
 
-use super::bounds::{Bounds, bounds};
-use super::display::DisplayArgs;
-use super::globals::GlobalArgs;
-use super::levels::LintArgs;
-use super::limits::LimitArgs;
+use bounds::{Bounds, bounds};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Args, ValueEnum};
+use display::DisplayArgs;
+use globals::GlobalArgs;
+use levels::LintArgs;
+use limits::LimitArgs;
 use osl_exec::Isa;
 use osl_image::{ExrCompression, Part};
 use osl_ir::passes::Pass;

@@ -181,6 +181,12 @@ pub(in crate::cli) fn duration(text: &str) -> Result<Duration, String> {
     Ok(Duration::from_secs_f64(seconds))
 }
 
+/// The time of a measurement: a number of seconds.
+pub(in crate::cli) fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|s| (0.01..=1e6).contains(s));
+    number.ok_or_else(|| format!("a number of seconds from 0.01 to 1000000, not `{text}`"))
+}
+
 /// The name of the standard output as an output file.
 pub(in crate::cli) const STDOUT: &str = "-";
 

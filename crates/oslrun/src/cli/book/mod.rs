@@ -10,12 +10,13 @@ mod lost;
 mod page;
 
 use super::args::RunArgs;
+use super::args::levels;
 use super::args::values::Pair;
 use super::figures::{self, Pictures, Results};
 use super::load::{self, Loaded, Request};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
-use super::{Failure, data, info, input, levels, output, repair};
+use super::{Failure, data, info, input, output, repair};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Command};
 use osl::stages;

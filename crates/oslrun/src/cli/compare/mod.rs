@@ -13,8 +13,8 @@ pub(super) use differ::{At, measure};
 pub(super) use show::{brief, color};
 pub(super) use side::Side;
 
+use super::Failure;
 use super::args::{RunArgs, heading};
-use super::{Failure, idle};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
@@ -94,8 +94,9 @@ fn difference_file(path: PathBuf) -> Result<PathBuf, String> {
 const FOR_IMAGES: [&str; 8] =
     ["file", "other", "second", "output", "outputs", "tolerance", "json", "message_format"];
 
-/// The message for the first option that has no effect because both pictures are image files.
-pub(super) fn refused(found: &ArgMatches) -> Option<String> {
+/// The message for the first option that has no effect because both pictures are image files. `line`
+/// describes the whole command line.
+pub(super) fn refused(found: &ArgMatches, line: fn() -> Command) -> Option<String> {
     let image = |name| found.get_one::<PathBuf>(name).is_some_and(|path| !side::is_shader(path));
     if !image("file") || !image("other") {
         return None;
@@ -105,7 +106,7 @@ pub(super) fn refused(found: &ArgMatches) -> Option<String> {
             "the options after `--` are for a shader, and both pictures are image files".to_string(),
         );
     }
-    let all = idle::command_line();
+    let all = line();
     let command = all.find_subcommand(NAME)?;
     let is_idle = |arg: &&clap::Arg| {
         let name = arg.get_id().as_str();
@@ -122,16 +123,24 @@ pub(super) fn refused(found: &ArgMatches) -> Option<String> {
     ))
 }
 
+/// How the whole command line is read, for the second picture: its description, and the message for the
+/// first option that has no effect.
+#[derive(Clone, Copy)]
+pub(super) struct Reading {
+    pub(super) line: fn() -> Command,
+    pub(super) refused: fn(&ArgMatches) -> Option<String>,
+}
+
 /// Compares two pictures.
 pub(super) fn compare(
     args: CompareArgs,
-    words: &[OsString],
+    (words, reading): (&[OsString], Reading),
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<(), Failure> {
     let other = match args.second.is_empty() {
         true => None,
-        false => Some(second(words)?),
+        false => Some(second(words, reading)?),
     };
     let path = other.as_ref().unwrap_or(&args).other.clone();
     if path.is_none() && other.is_none() {
@@ -182,7 +191,7 @@ fn without_picture(mut run: RunArgs) -> (RunArgs, Option<PathBuf>) {
 }
 
 /// The arguments of the second picture: those before `--`, and those after it, which take precedence.
-fn second(words: &[OsString]) -> Result<CompareArgs, Failure> {
+fn second(words: &[OsString], reading: Reading) -> Result<CompareArgs, Failure> {
     let usage =
         |text: &str| Failure::usage(format!("after `--`: {}", text.trim_start_matches("error: ").trim_end()));
     let all: Vec<&OsString> = {
@@ -198,9 +207,9 @@ fn second(words: &[OsString]) -> Result<CompareArgs, Failure> {
             })
             .collect()
     };
-    let line = idle::command_line().mut_subcommand(NAME, |command| command.args_override_self(true));
+    let line = (reading.line)().mut_subcommand(NAME, |command| command.args_override_self(true));
     let found = line.try_get_matches_from(all).map_err(|error| usage(&error.render().to_string()))?;
-    if let Some(text) = idle::refused(&found) {
+    if let Some(text) = (reading.refused)(&found) {
         return Err(usage(&text));
     }
     let Some((NAME, options)) = found.subcommand() else {

@@ -4,7 +4,7 @@
 //! compared.
 
 use crate::cli::args::RunArgs;
-use crate::cli::{Failure, output, run};
+use crate::cli::{Failure, output, run, streams};
 use osl_exec::Plane;
 use osl_image::{ImageData, Part, read_image_within};
 use osl_ir::ir::Kind;
@@ -109,7 +109,7 @@ fn shader(args: &RunArgs, err: &mut dyn Write) -> Result<Side, Failure> {
     let mut text = Vec::new();
     let kept = run::values(args, None, &mut text, err);
     let _ = err.write_all(&text);
-    let run::Kept { frame, covered, .. } = kept?;
+    let streams::Kept { frame, covered, .. } = kept?;
     // As in an image, alpha is compared unless the outputs are named.
     let planes = frame.planes.into_iter().chain(covered.filter(|_| args.outputs.is_none()));
     let mut channels = Vec::new();

@@ -1,8 +1,8 @@
 //! The folders in which the reference's tools look for shaders: compiled shaders first, then sources.
 
 use crate::cli::args::ReadArgs;
+use crate::cli::args::limits::LimitArgs;
 use crate::cli::input;
-use crate::cli::limits::LimitArgs;
 use osl::stages::ShaderFiles;
 use osl_limits::Limits;
 use osl_syntax::source::SourceProvider;

@@ -15,7 +15,7 @@ mod testrender;
 mod testshade;
 mod told;
 
-use super::limits::LimitArgs;
+use super::args::limits::LimitArgs;
 use osl_ir::ir::Const;
 use osl_ir::text::{self, Flavour, Value};
 use osl_syntax::diagnostic::Diagnostic;

@@ -3,9 +3,9 @@
 use super::options::{self, Item, Known};
 use super::{Console, number};
 use crate::cli::args::ReadArgs;
+use crate::cli::args::limits::LimitArgs;
 use crate::cli::info::{self, Metadatum, Parameter, Shader};
 use crate::cli::input;
-use crate::cli::limits::LimitArgs;
 use osl::stages;
 use serde_json::Value;
 use std::path::PathBuf;

@@ -15,6 +15,7 @@ mod rounding;
 mod samples;
 mod save;
 mod subject;
+mod told;
 
 use super::Failure;
 use super::args::RunArgs;

@@ -6,21 +6,21 @@
 //! page may read.
 
 use super::difference::Pinned;
-use super::subject::{outputs, stop, told, watch};
+use super::told::{stop, told, watch};
 use super::{cost, line, outside, rounding, samples};
+use crate::cli::args::bounds::bounds;
 use crate::cli::args::{RunArgs, SampleArgs};
-use crate::cli::bounds::bounds;
 use crate::cli::clock::Clock;
 use crate::cli::load::{self, Request};
 use crate::cli::preview::PreviewArgs;
-use crate::cli::watch::Reads;
-use crate::cli::{Failure, output, run};
+use crate::cli::reads::Reads;
+use crate::cli::{Failure, output, run, streams};
 use osl_exec::Plane;
 use osl_image::{BitDepth, ImageFormat, PngOptions, png_samples};
-use osl_ir::ir::Kind;
-use osl_ir::types::Type;
+use osl_ir::ir::{Body, Kind};
+use osl_ir::types::{StructTable, Type};
 use osl_limits::Cancel;
-use osl_studio::{Files, First, Picture, State, Stop};
+use osl_studio::{Files, First, Output, Picture, State, Stop};
 use serde_json::{Value, json};
 use std::cell::RefCell;
 use std::io::Write;
@@ -164,12 +164,12 @@ impl<'a> Job<'a> {
             };
             let small = smaller(&args, step);
             let show = RefCell::new(show);
-            let show = |kept: run::Kept| {
+            let show = |kept: streams::Kept| {
                 if let Ok(picture) = shown(&kept, &small, self.cover) {
                     (show.borrow_mut())(picture);
                 }
             };
-            let first = run::First { grid: small.grid, show: &show };
+            let first = streams::First { grid: small.grid, show: &show };
             let kept = run::values_after(Some(first), &args, &mut reads, &mut text, err)?;
             picture = shown(&kept, &args, self.cover)?;
             Ok(())
@@ -231,6 +231,15 @@ fn chosen(mut args: RunArgs, state: &State) -> Result<RunArgs, Stop> {
     Ok(args)
 }
 
+/// Outputs that a picture can show. Closures are shown only if there is nothing else, as the weights that a
+/// picture of the command has.
+pub(super) fn outputs(body: &Body) -> Vec<Output> {
+    let shown = body.outputs.iter().filter(|output| output.ty.is_number() || output.ty.is_triple());
+    // None of these types is a struct.
+    let types = StructTable::default();
+    shown.map(|output| Output { name: output.name.to_string(), ty: types.show(output.ty) }).collect()
+}
+
 /// The only output that is computed; none for a tap.
 fn one_output(args: &RunArgs) -> Result<Option<Vec<String>>, Failure> {
     if args.outputs.is_some() || !args.tap.is_empty() {
@@ -284,7 +293,7 @@ fn cover<'a>(state: &State, pinned: Option<&'a Pinned>) -> Result<Cover<'a>, Sto
 }
 
 /// The components of the first output that a picture can show.
-fn components(kept: &run::Kept) -> Result<Vec<&Plane>, Failure> {
+fn components(kept: &streams::Kept) -> Result<Vec<&Plane>, Failure> {
     let mut found: Vec<Vec<&Plane>> = Vec::new();
     for plane in kept.frame.planes.iter().filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure)) {
         match found.last_mut() {
@@ -297,7 +306,7 @@ fn components(kept: &run::Kept) -> Result<Vec<&Plane>, Failure> {
 }
 
 /// The picture of the first output, with the samples that its PNG file would have; or with what covers it.
-fn shown(kept: &run::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, Failure> {
+fn shown(kept: &streams::Kept, args: &RunArgs, cover: Cover<'_>) -> Result<Picture, Failure> {
     let started = Instant::now();
     let components = components(kept)?;
     let [first, ..] = components[..] else { return Err(Failure::new(output::EMPTY)) };

@@ -4,8 +4,8 @@
 //! This module must not know connections.
 
 use crate::cli::args::RunArgs;
+use crate::cli::reads::Reads;
 use crate::cli::stability::{self, WHITE};
-use crate::cli::watch::Reads;
 use crate::cli::{Failure, output};
 use osl_image::{BitDepth, PngOptions, Transfer, png_samples};
 use osl_studio::Picture;

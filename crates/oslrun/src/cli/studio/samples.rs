@@ -3,7 +3,7 @@
 //! This module must not know how samples are taken, or connections.
 
 use crate::cli::compare::color;
-use crate::cli::sampling::Said;
+use crate::cli::said::Said;
 
 /// A picture of the number of samples.
 pub(super) struct Counted {

@@ -4,11 +4,13 @@
 //! there. It is replaced as a whole, and only if it has the text that the page read. This module must not
 //! know connections.
 
-use super::subject::SOURCE;
 use osl_files::{Roots, Unsaved};
 use osl_limits::Limits;
 use osl_studio::{Edit, Saved, Stop, version};
 use std::path::Path;
+
+/// The ending of a source.
+pub(super) const SOURCE: &str = "osl";
 
 /// Why a page cannot save a file; none if it can.
 pub(super) fn locked(roots: &Roots, path: &Path) -> Option<String> {

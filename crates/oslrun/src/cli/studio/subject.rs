@@ -7,21 +7,21 @@
 //! know connections.
 
 use super::difference::Pinned;
+use super::picture::outputs;
+use super::save::SOURCE;
+use super::told::{stop, told, watch};
 use super::{export, line, picture, save};
+use crate::cli::args::levels;
 use crate::cli::args::{Live, MessageFormat, RunArgs};
-use crate::cli::json_lines::JsonLines;
-use crate::cli::levels;
 use crate::cli::load::{self, Request};
-use crate::cli::watch::Reads;
+use crate::cli::reads::Reads;
 use crate::cli::{Failure, explain, info, input, repair, report};
 use osl::stages;
 use osl_files::{FileError, Roots, open_named, stamp};
 use osl_hir::lint::Level;
-use osl_ir::ir::Body;
-use osl_ir::types::StructTable;
 use osl_limits::Cancel;
 use osl_scene::shape::Shape;
-use osl_studio::{Edit, Files, First, Layer, Line, Output, Picture, Saved, Shader, State, Stop, Subject};
+use osl_studio::{Edit, Files, First, Layer, Line, Picture, Saved, Shader, State, Stop, Subject};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -29,8 +29,6 @@ use std::path::{Component, Path, PathBuf};
 
 /// Endings of the files that a page can show.
 const ENDINGS: [&str; 4] = [SOURCE, "oso", "group", "oslgroup"];
-/// The ending of a source.
-pub(super) const SOURCE: &str = "osl";
 /// Endings of the image files that a page proposes for parameters.
 const IMAGES: [&str; 9] = ["exr", "hdr", "jpeg", "jpg", "png", "tex", "tif", "tiff", "tx"];
 /// The surface that is no surface: the grid.
@@ -133,41 +131,11 @@ impl Studio {
     }
 }
 
-/// The error output of a command, as the objects of its lines.
-pub(super) fn told(work: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> (Vec<Value>, bool) {
-    let mut bytes = Vec::new();
-    let mut lines = JsonLines::new(&mut bytes);
-    let result = work(&mut lines);
-    let failed = result.is_err();
-    if let Err(Failure { text, .. }) = result
-        && !text.is_empty()
-    {
-        let _ = writeln!(lines, "error: {text}");
-    }
-    drop(lines);
-    let text = String::from_utf8_lossy(&bytes);
-    (text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect(), failed)
-}
-
 /// The lessons of the codes of diagnostics.
 fn lessons(diagnostics: &[Value]) -> BTreeMap<String, String> {
     let codes = diagnostics.iter().filter_map(|diagnostic| diagnostic["code"].as_str());
     let text = |code: &str| osl::lessons::find(code).first().map(|lesson| lesson.text.trim_end().to_string());
     codes.filter_map(|code| Some((code.to_string(), text(code)?))).collect()
-}
-
-/// The stop of work that failed with these messages.
-pub(super) fn stop(messages: Vec<Value>, cancel: &Cancel) -> Stop {
-    if cancel.is_cancelled() { Stop::Cancelled } else { Stop::Failed(messages) }
-}
-
-/// Outputs that a picture can show. Closures are shown only if there is nothing else, as the weights that a
-/// picture of the command has.
-pub(super) fn outputs(body: &Body) -> Vec<Output> {
-    let shown = body.outputs.iter().filter(|output| output.ty.is_number() || output.ty.is_triple());
-    // None of these types is a struct.
-    let types = StructTable::default();
-    shown.map(|output| Output { name: output.name.to_string(), ty: types.show(output.ty) }).collect()
 }
 
 impl Subject for Studio {
@@ -348,11 +316,4 @@ fn check(path: &Path, text: &str, args: &RunArgs) -> Result<stages::Checked, Fai
         repair::apply(&mut input, None, &mut std::io::sink())?;
     }
     Ok(stages::check(&input.name, &input.text, &input.files, &input.options))
-}
-
-/// Adds files that were read to those that a page watches.
-pub(super) fn watch(reads: Reads, files: &mut Files) {
-    for path in reads.0 {
-        files.entry(path).or_insert_with_key(|path| stamp(path));
-    }
 }

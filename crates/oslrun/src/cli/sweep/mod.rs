@@ -10,7 +10,10 @@ mod sheet;
 use super::Failure;
 use super::args::RunArgs;
 use super::load::{self, Request};
-use super::run::{self, Kept, Streams};
+use super::preview::PreviewArgs;
+use super::run;
+use super::streams::{Kept, Streams};
+use super::summary::About;
 use osl_image::ImageFormat;
 use osl_ir::types::{Base, Type};
 use std::collections::HashSet;
@@ -21,7 +24,7 @@ const MOST: usize = 100;
 
 /// A parameter with several values.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sweep {
+struct Sweep {
     /// Its position among the options `-p`.
     at: usize,
     name: String,
@@ -30,7 +33,7 @@ pub(super) struct Sweep {
 }
 
 /// The sweeps of a command line.
-pub(super) fn find(args: &RunArgs) -> Result<Vec<Sweep>, Failure> {
+fn find(args: &RunArgs) -> Result<Vec<Sweep>, Failure> {
     let may_sweep = |value: &str| value.contains(':');
     if !args.params.iter().any(|(_, value)| may_sweep(value)) {
         return Ok(Vec::new());
@@ -99,8 +102,25 @@ fn numbers(text: &str, each: usize) -> Option<Vec<f64>> {
     }
 }
 
+/// Runs a shader once, or for several values of parameters.
+pub(super) fn run(
+    args: &RunArgs,
+    lit: &PreviewArgs,
+    about: Option<&mut About>,
+    streams: &mut Streams<'_>,
+) -> Result<(), Failure> {
+    let sweeps = find(args)?;
+    if sweeps.is_empty() {
+        return run::run(args, lit, about, streams);
+    }
+    if lit.preview || about.is_some() {
+        return Err(Failure::usage("--preview and --json are for a run with one value of each parameter"));
+    }
+    all(args, &sweeps, streams)
+}
+
 /// Runs the shader for all values, and writes a sheet for each output.
-pub(super) fn run(args: &RunArgs, sweeps: &[Sweep], streams: &mut Streams<'_>) -> Result<(), Failure> {
+fn all(args: &RunArgs, sweeps: &[Sweep], streams: &mut Streams<'_>) -> Result<(), Failure> {
     let Some(path) = &args.output else {
         return Err(Failure::usage(
             "several values make a sheet of pictures: name it with -o, such as -o sheet.png",

@@ -4,7 +4,7 @@ use super::super::Console;
 use super::super::folders::Folders;
 use super::super::group::GroupBuilder;
 use super::job::{Job, Step};
-use crate::cli::limits::LimitArgs;
+use crate::cli::args::limits::LimitArgs;
 use crate::cli::{group_text, input};
 use osl_hir::hir::Program;
 use osl_image::TextureCache;

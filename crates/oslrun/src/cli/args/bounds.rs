@@ -3,15 +3,15 @@
 //!
 //! This module must not know how a bound is kept.
 
-use super::Failure;
-use super::args::values::error;
+use super::values::error;
+use crate::cli::Failure;
 use osl_measure::sample::Reach;
 use serde::Serialize;
 use std::fmt::Write;
 
 /// An error bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Bound {
+pub(in crate::cli) enum Bound {
     /// In the units of the output.
     Absolute(f32),
     /// Percent of the output's range.
@@ -20,20 +20,20 @@ pub(super) enum Bound {
 
 /// The bounds of a command line: one for each of some outputs, and one for all others.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Bounds {
+pub(in crate::cli) struct Bounds {
     others: Option<Bound>,
     each: Vec<(String, Bound)>,
 }
 
 /// The bound of an output, in its units.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Resolved {
-    pub(super) output: String,
-    pub(super) bound: f32,
+pub(in crate::cli) struct Resolved {
+    pub(in crate::cli) output: String,
+    pub(in crate::cli) bound: f32,
 }
 
 /// Reads `0.01`, `2%`, or `color=2%,mask=0.01`.
-pub(super) fn bounds(text: &str) -> Result<Bounds, String> {
+pub(in crate::cli) fn bounds(text: &str) -> Result<Bounds, String> {
     let mut bounds = Bounds::default();
     for item in text.split(',') {
         let Some((name, value)) = item.split_once('=') else {
@@ -65,7 +65,7 @@ fn bound(text: &str) -> Result<Bound, String> {
 }
 
 /// An error of the light of a picture as a screen shows it, from 0 to 1: a number, or a share of this range.
-pub(super) fn displayed(bounds: &Bounds) -> Result<f32, String> {
+pub(in crate::cli) fn displayed(bounds: &Bounds) -> Result<f32, String> {
     let number = match bounds {
         Bounds { others: Some(Bound::Absolute(number)), each } if each.is_empty() => *number,
         Bounds { others: Some(Bound::Percent(percent)), each } if each.is_empty() => percent / 100.0,
@@ -79,19 +79,19 @@ pub(super) fn displayed(bounds: &Bounds) -> Result<f32, String> {
 }
 
 /// The same for an option of which the text is not read yet.
-pub(super) fn displayed_error(text: &str) -> Result<f32, String> {
+pub(in crate::cli) fn displayed_error(text: &str) -> Result<f32, String> {
     displayed(&bounds(text)?)
 }
 
 impl Bounds {
     /// Whether the ranges of the outputs must be known.
-    pub(super) fn needs_ranges(&self) -> bool {
+    pub(in crate::cli) fn needs_ranges(&self) -> bool {
         let all = self.each.iter().map(|(_, bound)| bound).chain(&self.others);
         all.into_iter().any(|bound| matches!(bound, Bound::Percent(_)))
     }
 
     /// The bounds of the outputs, of all those that have one.
-    pub(super) fn of(&self, outputs: &[Reach]) -> Result<Vec<(usize, Resolved)>, Failure> {
+    pub(in crate::cli) fn of(&self, outputs: &[Reach]) -> Result<Vec<(usize, Resolved)>, Failure> {
         if let Some((name, _)) = self.each.iter().find(|(name, _)| !outputs.iter().any(|o| *o.name == **name))
         {
             let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
@@ -115,7 +115,7 @@ impl Bounds {
     }
 
     /// Which error a share of a range is, and which outputs have no bound.
-    pub(super) fn words(&self, outputs: &[Reach]) -> String {
+    pub(in crate::cli) fn words(&self, outputs: &[Reach]) -> String {
         let mut text = String::new();
         for output in outputs {
             let named = self.each.iter().find(|(name, _)| *output.name == **name).map(|(_, bound)| *bound);
@@ -143,7 +143,7 @@ fn share(percent: f32, output: &Reach) -> f32 {
 }
 
 /// A number with three digits.
-pub(super) fn short(number: f32) -> String {
+pub(in crate::cli) fn short(number: f32) -> String {
     let text = format!("{number:.2e}");
     text.parse::<f32>().map_or(text, |rounded| rounded.to_string())
 }

@@ -5,9 +5,9 @@
 //! and a note says how many values are outside of it. EXR and TIFF files hold the values themselves. This
 //! module must not know files.
 
-use super::Failure;
-use super::args::heading;
-use super::args::values::{STDOUT, ValueRange, ending, stops, value_range};
+use super::heading;
+use super::values::{STDOUT, ValueRange, ending, stops, value_range};
+use crate::cli::Failure;
 use clap::Args;
 use osl_image::{ImageFormat, Transfer};
 use osl_ir::types::Type;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 /// The options for the picture.
 #[derive(Clone, Debug, Default, Args)]
-pub(super) struct DisplayArgs {
+pub(in crate::cli) struct DisplayArgs {
     /// Format of the picture with `-o -`: png, exr, tif or jpg (default: png).
     #[arg(long, value_name = "NAME", value_parser = ending, requires = "output", help_heading = heading::PICTURE)]
     format: Option<String>,
@@ -35,20 +35,20 @@ pub(super) struct DisplayArgs {
 }
 
 /// The values of an output, ready to be stored as integers.
-pub(super) struct Shown<'a> {
+pub(in crate::cli) struct Shown<'a> {
     /// The planes.
-    pub(super) planes: Vec<Cow<'a, [f32]>>,
+    pub(in crate::cli) planes: Vec<Cow<'a, [f32]>>,
     /// The curve from values to integers.
-    pub(super) transfer: Transfer,
+    pub(in crate::cli) transfer: Transfer,
     /// The values of black and white.
-    pub(super) range: (f32, f32),
+    pub(in crate::cli) range: (f32, f32),
     /// What the picture does not show.
-    pub(super) note: Option<String>,
+    pub(in crate::cli) note: Option<String>,
 }
 
 impl DisplayArgs {
     /// A path that says the format: `-` gets the ending of `--format`.
-    pub(super) fn named(&self, path: &Path) -> Result<PathBuf, Failure> {
+    pub(in crate::cli) fn named(&self, path: &Path) -> Result<PathBuf, Failure> {
         if path.as_os_str() == STDOUT {
             return Ok(PathBuf::from(format!("picture.{}", self.format.as_deref().unwrap_or("png"))));
         }
@@ -61,23 +61,23 @@ impl DisplayArgs {
     }
 
     /// The options with another range, given as text.
-    pub(super) fn with_range(&self, text: &str) -> Result<DisplayArgs, String> {
+    pub(in crate::cli) fn with_range(&self, text: &str) -> Result<DisplayArgs, String> {
         let range = Some(value_range(text)?);
         Ok(DisplayArgs { range, signed: false, exposure: None, ..self.clone() })
     }
 
     /// The exposure in stops.
-    pub(super) fn stops(&self) -> f32 {
+    pub(in crate::cli) fn stops(&self) -> f32 {
         self.exposure.unwrap_or(0.0)
     }
 
     /// Whether an option is given that changes colors.
-    pub(super) fn is_given(&self) -> bool {
+    pub(in crate::cli) fn is_given(&self) -> bool {
         self.range.is_some() || self.signed || self.exposure.is_some()
     }
 
     /// Fails if options are given that have no effect on a file.
-    pub(super) fn check(&self, path: Option<&Path>) -> Result<(), Failure> {
+    pub(in crate::cli) fn check(&self, path: Option<&Path>) -> Result<(), Failure> {
         let given = self.is_given();
         let path = path.map(|path| self.named(path)).transpose()?;
         match path.and_then(|path| ImageFormat::of(&path)) {
@@ -94,7 +94,7 @@ impl DisplayArgs {
 
     /// The planes of an output as they are stored in a file of this format. `covered` is 0 at pixels that do
     /// not count.
-    pub(super) fn shown<'a>(
+    pub(in crate::cli) fn shown<'a>(
         &self,
         format: Option<ImageFormat>,
         (name, ty): (&str, Type),

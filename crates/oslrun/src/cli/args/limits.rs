@@ -4,7 +4,7 @@
 //! the memory of the process. If one of them is used up, it tells all stages to stop, and ends the process if
 //! they do not: a library that decodes an image cannot be told to stop.
 
-use super::args::heading;
+use super::heading;
 use clap::{Args, Parser};
 use osl_limits::{Cancel, Halt, Limits};
 use std::io::Write;
@@ -20,7 +20,7 @@ const FIRST: Duration = Duration::from_millis(20);
 
 /// The limits of a command.
 #[derive(Clone, Debug, Default, Args)]
-pub(super) struct LimitArgs {
+pub(in crate::cli) struct LimitArgs {
     /// A limit to set, by its name in docs/limits.md: running.point_steps=100M; may be repeated.
     #[arg(long, value_name = "NAME=N", value_parser = limit, help_heading = heading::LIMITS)]
     limit: Vec<(String, String)>,
@@ -37,14 +37,14 @@ pub(super) struct LimitArgs {
 
 impl LimitArgs {
     /// The same limits for a piece of work that can be cancelled. Its time begins now.
-    pub(super) fn until(&self, cancel: &Cancel) -> LimitArgs {
+    pub(in crate::cli) fn until(&self, cancel: &Cancel) -> LimitArgs {
         let fresh = LimitArgs { made: OnceLock::new(), ..self.clone() };
         let made = OnceLock::from(fresh.limits().until(cancel));
         LimitArgs { made, ..fresh }
     }
 
     /// The limits. The first call starts the watch.
-    pub(super) fn limits(&self) -> &Limits {
+    pub(in crate::cli) fn limits(&self) -> &Limits {
         self.made.get_or_init(|| {
             let mut limits = Limits::default();
             for (name, value) in &self.limit {
@@ -66,7 +66,7 @@ impl LimitArgs {
     ///
     /// # Errors
     /// What is wrong with one of them, as text.
-    pub(super) fn taken_from(words: Vec<String>) -> Result<(LimitArgs, Vec<String>), String> {
+    pub(in crate::cli) fn taken_from(words: Vec<String>) -> Result<(LimitArgs, Vec<String>), String> {
         let (mut own, mut others) = (vec!["limits".to_string()], Vec::new());
         let mut words = words.into_iter();
         while let Some(word) = words.next() {

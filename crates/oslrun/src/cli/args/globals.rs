@@ -3,8 +3,8 @@
 //! Globals that differ from point to point belong to the grid or the surface. This module must not know how
 //! points are made.
 
-use super::Failure;
-use super::args::heading;
+use super::heading;
+use crate::cli::Failure;
 use clap::Args;
 use osl_ir::global::{GLOBALS, Global};
 use osl_ir::types::Type;
@@ -13,19 +13,19 @@ use std::collections::BTreeMap;
 
 /// The globals on the command line.
 #[derive(Clone, Debug, Default, Args)]
-pub(super) struct GlobalArgs {
+pub(in crate::cli) struct GlobalArgs {
     /// Value of the global `time` (default: 0).
     #[arg(long, value_name = "T", value_parser = seconds, allow_hyphen_values = true, help_heading = heading::VALUES)]
-    pub(super) time: Option<f32>,
+    pub(in crate::cli) time: Option<f32>,
     /// Value of a global: dtime=0.04, N=0,0.6,0.8, I=0,0,-1. It is the same at all points, so on the grid it
     /// may be any global except P, u and v. May be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = global, help_heading = heading::VALUES)]
-    pub(super) global: Vec<Given>,
+    pub(in crate::cli) global: Vec<Given>,
 }
 
 /// A global and its value; a scalar is in the first element.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Given {
+pub(in crate::cli) struct Given {
     global: Global,
     value: [f32; 3],
 }
@@ -71,13 +71,13 @@ fn global(text: &str) -> Result<Given, String> {
 
 impl GlobalArgs {
     /// The values by global. `--time` takes precedence.
-    pub(super) fn values(&self) -> BTreeMap<Global, [f32; 3]> {
+    pub(in crate::cli) fn values(&self) -> BTreeMap<Global, [f32; 3]> {
         let time = self.time.map(|time| (Global::Time, [time, 0.0, 0.0]));
         self.global.iter().map(|given| (given.global, given.value)).chain(time).collect()
     }
 
     /// Fails if one of the values would replace values that differ from point to point.
-    pub(super) fn check(&self, varying: &[Global]) -> Result<(), Failure> {
+    pub(in crate::cli) fn check(&self, varying: &[Global]) -> Result<(), Failure> {
         match self.global.iter().find(|given| varying.contains(&given.global)) {
             None => Ok(()),
             Some(given) => Err(Failure::usage(format!(
@@ -88,7 +88,7 @@ impl GlobalArgs {
     }
 
     /// Whether the time is set.
-    pub(super) fn has_time(&self) -> bool {
+    pub(in crate::cli) fn has_time(&self) -> bool {
         self.values().contains_key(&Global::Time)
     }
 }

@@ -3,7 +3,7 @@
 //! A name or code on the command line takes precedence over `all` and `warnings`; if several options apply,
 //! the most severe one counts. Errors cannot be silenced.
 
-use super::args::heading;
+use super::heading;
 use clap::Args;
 use osl::stages::{self, Checked};
 use osl::{Levels, NoWarning, Verdict};
@@ -13,7 +13,7 @@ use osl_syntax::diagnostic::{Code, Diagnostic};
 
 /// The options for warnings.
 #[derive(Clone, Debug, Default, Args)]
-pub(super) struct LintArgs {
+pub(in crate::cli) struct LintArgs {
     /// Show a warning that is not shown by default; by name or code, or `all`. May be repeated. `-Werror` is
     /// `--deny warnings`.
     #[arg(short = 'W', long = "warn", value_name = "NAME", value_parser = warning_or_error, help_heading = heading::MESSAGES)]
@@ -32,12 +32,12 @@ pub(super) struct LintArgs {
 
 impl LintArgs {
     /// Whether errors of a running shader fail the run.
-    pub(super) fn denies_errors(&self) -> bool {
+    pub(in crate::cli) fn denies_errors(&self) -> bool {
         self.deny.iter().any(|name| name == "errors")
     }
 
     /// Whether the command line asks for this warning, by name, by code or with all others.
-    pub(super) fn asks_for(&self, code: Code) -> bool {
+    pub(in crate::cli) fn asks_for(&self, code: Code) -> bool {
         let fits = |word: &String| {
             word == "all" || word.eq_ignore_ascii_case(code.id) || word.eq_ignore_ascii_case(code.name)
         };
@@ -61,13 +61,18 @@ impl LintArgs {
 
 /// The diagnostics of a checked file and its lints of at least this level, filtered by the command line and
 /// bounded by the limits.
-pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs, limits: &Limits) -> Vec<Diagnostic> {
+pub(in crate::cli) fn judge(
+    checked: &Checked,
+    level: Level,
+    args: &LintArgs,
+    limits: &Limits,
+) -> Vec<Diagnostic> {
     let judged = stages::judge(checked, &args.levels(), |lint| lint.level >= level, limits);
     judged.into_iter().map(|(found, verdict)| denied_by(found, verdict)).collect()
 }
 
 /// Filters diagnostics as the command line requests.
-pub(super) fn sift(list: Vec<Diagnostic>, args: &LintArgs) -> Vec<Diagnostic> {
+pub(in crate::cli) fn sift(list: Vec<Diagnostic>, args: &LintArgs) -> Vec<Diagnostic> {
     stages::sift(list, &args.levels()).into_iter().map(|(d, verdict)| denied_by(d, verdict)).collect()
 }
 

@@ -1,0 +1,81 @@
+//! The ranges of the outputs of a run, which are added up piece by piece. This module must not know how the
+//! pieces are computed.
+
+use osl_exec::Plane;
+use osl_ir::ir::Kind;
+use osl_ir::types::{StructTable, Type};
+use osl_measure::range::{Range, Values};
+use serde::Serialize;
+use std::io::Write;
+use std::sync::Arc;
+
+/// The ranges of an output, for `--json`.
+#[derive(Debug, Serialize)]
+pub(super) struct Output {
+    name: String,
+    #[serde(rename = "type")]
+    ty: String,
+    components: Vec<Range>,
+}
+
+/// The ranges of the planes of a frame, piece by piece.
+#[derive(Debug, Default)]
+pub(super) struct Ranges(Vec<(Arc<str>, Type, usize, Range)>);
+
+impl Ranges {
+    /// Adds the values of these planes.
+    pub(super) fn add(&mut self, planes: &[Plane]) {
+        let shown: Vec<&Plane> =
+            planes.iter().filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure)).collect();
+        if self.0.is_empty() {
+            let start = |plane: &&Plane| (plane.output.clone(), plane.ty, plane.component, Range::default());
+            self.0 = shown.iter().map(start).collect();
+        }
+        let mut ranges: Vec<Range> = self.0.iter().map(|(.., range)| *range).collect();
+        let values = shown.iter().map(|plane| Values { words: &plane.words, ints: plane.kind == Kind::Int });
+        Range::add_all(&mut ranges, &values.collect::<Vec<_>>());
+        self.0.iter_mut().zip(ranges).for_each(|((.., to), range)| *to = range);
+    }
+
+    /// Adds the ranges of the tiles of planes, which are sorted by their numbers.
+    pub(super) fn join(&mut self, planes: &[Plane], mut tiles: Vec<(usize, Vec<Range>)>) {
+        if self.0.is_empty() {
+            self.add(planes);
+        }
+        tiles.sort_by_key(|(tile, _)| *tile);
+        for (_, ranges) in tiles {
+            self.0.iter_mut().zip(ranges).for_each(|((.., all), here)| all.join(here));
+        }
+    }
+
+    /// Adds planes after those that it has.
+    pub(super) fn append(&mut self, planes: &[Plane]) {
+        let mut more = Ranges::default();
+        more.add(planes);
+        self.0.extend(more.0);
+    }
+
+    /// The outputs with their components.
+    pub(super) fn outputs(&self) -> Vec<Output> {
+        let mut outputs: Vec<Output> = Vec::new();
+        for (name, ty, component, range) in &self.0 {
+            match outputs.last_mut() {
+                Some(last) if *component > 0 => last.components.push(*range),
+                _ => outputs.push(Output {
+                    name: name.to_string(),
+                    ty: StructTable::default().show(*ty),
+                    components: vec![*range],
+                }),
+            }
+        }
+        outputs
+    }
+}
+
+/// The summary of a run without an image: the range of each output, so that a first run shows something.
+pub(super) fn summary(ranges: &Ranges, out: &mut dyn Write) {
+    for (output, _, component, Range { min, max, mean, .. }) in &ranges.0 {
+        let _ = writeln!(out, "{output}[{component}]: {min} to {max}, mean {mean:.6}");
+    }
+    let _ = writeln!(out, "(no image written: name one with -o)");
+}
