@@ -38,7 +38,7 @@ pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
     });
     let block = hoisted.as_ref().unwrap_or(block);
     let (code, slots) = allocate::<E>(block);
-    let (bytes, instructions) = code.finish();
+    let (bytes, instructions) = code.finish(block.vectors());
     Assembled { instructions, bytes, slots }
 }
 

@@ -258,8 +258,8 @@ impl Encoder for Avx2 {
         self.code.jump_back(label);
     }
 
-    fn finish(mut self) -> (Vec<u8>, usize) {
-        self.code.count_and_return(VECTOR as i8, self.start);
+    fn finish(mut self, vectors: usize) -> (Vec<u8>, usize) {
+        self.code.count_and_return((VECTOR * vectors) as i32, self.start);
         let instructions = self.code.count;
         (self.code.finish(LANES), instructions)
     }

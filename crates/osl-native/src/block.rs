@@ -37,6 +37,8 @@ pub struct Block {
     pub(crate) held: FxHashMap<(Array, u32), Value>,
     /// The regions that have begun and not ended, from the outermost on.
     pub(crate) open: Vec<Open>,
+    /// Whether it computes two vectors in each round of the loop over lanes; see [`Block::pair`].
+    pub(crate) is_pair: bool,
 }
 
 impl Block {
@@ -53,6 +55,11 @@ impl Block {
     /// Whether it has no operations.
     pub fn is_empty(&self) -> bool {
         self.insts.is_empty()
+    }
+
+    /// Number of vectors that it computes in each round of the loop over lanes.
+    pub(crate) fn vectors(&self) -> usize {
+        if self.is_pair { 2 } else { 1 }
     }
 
     /// Declares another array. The caller provides arrays in this order.

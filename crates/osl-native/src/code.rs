@@ -115,11 +115,11 @@ impl Code {
         if !target.carries(block) {
             return None;
         }
-        let (assembled, lanes) = (target.assemble(block), target.lanes());
+        let (assembled, lanes) = (target.assemble(block), target.lanes() * block.vectors());
         let size = assembled.bytes.len();
         let start = NEXT.fetch_add(size.next_multiple_of(LINE), Ordering::Relaxed) % PAGE;
         let memory = executable(start, &assembled.bytes)?;
-        let (arrays, slots) = (block.arrays.clone(), assembled.slots * lanes);
+        let (arrays, slots) = (block.arrays.clone(), assembled.slots * target.lanes());
         Some(Code { memory, start, arrays, slots, lanes, may_stop: block.may_stop() })
     }
 

@@ -28,6 +28,7 @@ mod hoist;
 mod inst;
 pub mod interpret;
 mod neon;
+mod pair;
 mod region;
 mod simplify;
 #[cfg(test)]

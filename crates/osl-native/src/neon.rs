@@ -228,7 +228,7 @@ impl Encoder for Neon {
         }
     }
 
-    fn finish(self) -> (Vec<u8>, usize) {
-        self.code.finish()
+    fn finish(self, vectors: usize) -> (Vec<u8>, usize) {
+        self.code.finish(vectors)
     }
 }

@@ -111,7 +111,7 @@ impl<const LANES: usize> Encoder for Small<LANES> {
         self.steps.push(Step::Back(label));
     }
 
-    fn finish(self) -> (Vec<u8>, usize) {
+    fn finish(self, _vectors: usize) -> (Vec<u8>, usize) {
         (Vec::new(), self.steps.len())
     }
 }

@@ -218,11 +218,12 @@ impl Assembler {
 
     /// `LANE += step; if LANE < END goto start`, then the epilogue: clears the upper register halves and
     /// returns. Code that stops early has an end of its own.
-    pub(crate) fn count_and_return(&mut self, step: i8, start: usize) {
+    pub(crate) fn count_and_return(&mut self, step: i32, start: usize) {
         self.count += 5;
         let (to, end) = (LANE, END);
-        // add to, imm8; cmp to, end; jb rel32
-        self.bytes.extend([0x48 | to.0 >> 3, 0x83, 0xC0 | to.0 & 7, step as u8]);
+        // add to, imm32; cmp to, end; jb rel32
+        self.bytes.extend([0x48 | to.0 >> 3, 0x81, 0xC0 | to.0 & 7]);
+        self.bytes.extend(step.to_le_bytes());
         self.bytes.extend([0x48 | (end.0 >> 3) << 2 | to.0 >> 3, 0x39, 0xC0 | (end.0 & 7) << 3 | to.0 & 7]);
         let behind = self.bytes.len() + 6;
         self.bytes.extend([0x0F, 0x82]);

@@ -137,10 +137,10 @@ impl Assembler {
         self.skip_if_zero(ADDRESS)
     }
 
-    /// Ends the loop and the code, which its constants follow, each as a vector. Returns the bytes and the
-    /// number of instructions.
-    pub(super) fn finish(mut self) -> (Vec<u8>, usize) {
-        self.add_immediate(LANE, LANE, VECTOR as u32);
+    /// Ends the loop, whose rounds compute a number of vectors, and the code, which its constants follow, each
+    /// as a vector. Returns the bytes and the number of instructions.
+    pub(super) fn finish(mut self, vectors: usize) -> (Vec<u8>, usize) {
+        self.add_immediate(LANE, LANE, (VECTOR * vectors) as u32);
         self.compare(LANE, END);
         self.repeat_if_below(self.places.start);
         self.push(name::RET);
