@@ -11,7 +11,8 @@ mod steps;
 
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
 use crate::inst::{Binary, Compare, IntCompare, Op, Unary};
-use encode::{Assembler, V, name};
+use encode::{V, name};
+use place::Draft;
 
 const LANES: usize = 4;
 /// Bytes per vector.
@@ -32,7 +33,7 @@ pub(crate) fn is_supported() -> bool {
 /// The instructions of a block.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Neon {
-    code: Assembler,
+    code: Draft,
 }
 
 impl Neon {

@@ -6,6 +6,7 @@
 mod expected;
 mod recover;
 mod slips;
+mod words;
 
 pub(crate) use expected::message;
 pub(crate) use slips::misspelt;

@@ -1,81 +1,10 @@
 //! What a condition says of the values that it compares. In a branch, these values are narrowed, so that a
 //! guarded operation is seen as guarded. This module must not know how a body is walked.
 
-use super::walk::Walk;
-use osl_ir::ir::{BlockId, Body, Const, LaneOp, Op, ValueId};
+use super::defs::{Def, Defs};
+use super::state::{Undo, Walk};
+use osl_ir::ir::{Const, LaneOp, ValueId};
 use osl_numeric::interval::{Enclosure, Interval, Whole};
-
-/// The instruction that defines a value.
-#[derive(Clone, Debug)]
-enum Def {
-    Const(Const),
-    Lane(LaneOp, [Option<ValueId>; 2]),
-    /// A result of a branch: the condition, the value from each side, and the number of the branch.
-    If(ValueId, [ValueId; 2], usize),
-}
-
-/// The definitions of the values of a body.
-#[derive(Debug, Default)]
-pub(super) struct Defs {
-    values: Vec<Option<Def>>,
-    /// The results of each branch, with the value from each side.
-    branches: Vec<Vec<(ValueId, [ValueId; 2])>>,
-}
-
-impl Defs {
-    pub(super) fn of(body: &Body) -> Defs {
-        let mut defs = Defs { values: vec![None; body.values.len()], branches: Vec::new() };
-        for block in 0..body.blocks.len() {
-            for inst in &body.block(BlockId(block as u32)).insts {
-                match &inst.op {
-                    Op::Const(value) => defs.put(inst.results.first(), Def::Const(value.clone())),
-                    Op::Lane(op, args) => {
-                        let args = [args.first().copied(), args.get(1).copied()];
-                        defs.put(inst.results.first(), Def::Lane(*op, args));
-                    }
-                    Op::If { cond, then_yields, else_yields, .. } => {
-                        let mut branch = Vec::new();
-                        for (result, sides) in inst.results.iter().zip(then_yields.iter().zip(else_yields)) {
-                            let sides = [*sides.0, *sides.1];
-                            defs.put(Some(result), Def::If(*cond, sides, defs.branches.len()));
-                            branch.push((*result, sides));
-                        }
-                        defs.branches.push(branch);
-                    }
-                    _ => {}
-                }
-            }
-        }
-        defs
-    }
-
-    fn put(&mut self, value: Option<&ValueId>, def: Def) {
-        if let Some(place) = value.and_then(|value| self.values.get_mut(value.index())) {
-            *place = Some(def);
-        }
-    }
-
-    fn get(&self, value: ValueId) -> Option<&Def> {
-        self.values.get(value.index())?.as_ref()
-    }
-
-    /// The constant of the program that a value is.
-    pub(super) fn constant(&self, value: ValueId) -> Option<&Const> {
-        match self.get(value) {
-            Some(Def::Const(constant)) => Some(constant),
-            _ => None,
-        }
-    }
-
-    /// Whether a value is the floor of another one.
-    pub(super) fn is_floor_of(&self, whole: ValueId, x: ValueId) -> bool {
-        matches!(self.get(whole), Some(Def::Lane(LaneOp::Floor, [Some(of), _])) if *of == x)
-    }
-}
-
-/// The values before they were narrowed, the last one first to be restored.
-#[derive(Default)]
-pub(super) struct Undo(Vec<(ValueId, Option<Enclosure>)>);
 
 /// Conditions within conditions that are followed.
 const DEPTH: usize = 12;
@@ -108,15 +37,6 @@ impl Walk<'_> {
     /// Narrows values by a condition; false if it cannot have this truth.
     pub(super) fn assume(&mut self, cond: ValueId, truth: bool, undo: &mut Undo) -> bool {
         self.assume_within(cond, truth, undo, DEPTH)
-    }
-
-    /// Takes back what was assumed.
-    pub(super) fn restore(&mut self, undo: Undo) {
-        for (value, before) in undo.0.into_iter().rev() {
-            if let Some(place) = self.values.get_mut(value.index()) {
-                *place = before;
-            }
-        }
     }
 
     fn assume_within(&mut self, cond: ValueId, truth: bool, undo: &mut Undo, depth: usize) -> bool {
@@ -170,12 +90,6 @@ impl Walk<'_> {
                 }
             }
             _ => true,
-        }
-    }
-
-    pub(super) fn narrow(&mut self, value: ValueId, to: Enclosure, undo: &mut Undo) {
-        if let Some(place) = self.values.get_mut(value.index()) {
-            undo.0.push((value, place.replace(to)));
         }
     }
 

@@ -3,9 +3,8 @@
 //! textures are bounded by their texels (`textures`), and conversions of colors by their operations. All
 //! other calls may have any result. This module must not know how a body is walked.
 
-use super::domain::Tile;
+use super::domain::{Tile, shaped};
 use super::textures;
-use super::walk::shaped;
 use crate::trace::{NoiseCall, OnePoint, run_call};
 use osl_exec::{PointSource, Services};
 use osl_ir::ir::{Body, Const, Inst, Kernel, Kind, ValueId};

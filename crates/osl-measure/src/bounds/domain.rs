@@ -1,7 +1,6 @@
 //! The points and parameters for which a statement is proved: a box, and its parts, the tiles. This module
 //! must not know programs.
 
-use super::walk::{OF_TILE, shaped};
 use osl_exec::PointSource;
 use osl_ir::global::Global;
 use osl_ir::ir::{Body, Const, Kind};
@@ -106,6 +105,9 @@ impl Domain {
     }
 }
 
+/// The globals that a tile gives.
+const OF_TILE: [Global; 3] = [Global::P, Global::U, Global::V];
+
 /// A part of a domain.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tile {
@@ -168,5 +170,14 @@ impl Tile {
             Const::Triple(_) => Enclosure::Triple([0, 1, 2].map(|i| self.side(open.first + i))),
             _ => Enclosure::Float(self.side(open.first)),
         }
+    }
+}
+
+/// A datum of the points, as a value of a kind.
+pub(super) fn shaped(value: [f32; 3], kind: Option<Kind>) -> Enclosure {
+    match kind {
+        Some(Kind::Triple) => Enclosure::Triple(value.map(Interval::point)),
+        Some(Kind::Int) => Enclosure::Int(Whole::point(value[0] as i32)),
+        _ => Enclosure::Float(Interval::point(value[0])),
     }
 }

@@ -1,20 +1,24 @@
 //! Proven bounds: what holds for a shader at every point of a domain, not only at the points of a picture.
 //!
 //! The values of a whole tile of points are enclosed at once by interval arithmetic (`walk`, on
-//! [`osl_numeric::interval`]). The enclosures are too wide where values depend on each other, and become
-//! tighter on smaller tiles. So `search` splits the domain where it helps. It also computes single points,
-//! which shows how much of a bound is reached, and which statements are wrong. `sites` are the operations for
-//! which something is proved. [`text`](text::text) formats a [`Report`].
+//! [`osl_numeric::interval`]; `state` has what a walk knows, and `assume` and `cases` narrow it). The
+//! enclosures are too wide where values depend on each other, and become tighter on smaller tiles. So
+//! `search` splits the domain where it helps. It also computes single points, which shows how much of a bound
+//! is reached, and which statements are wrong. `sites` are the operations for which something is proved.
+//! [`text`](text::text) formats a [`Report`].
 //!
 //! All statements are about the strict arithmetic, with its rounding. This module must not know the command
 //! line.
 
 mod assume;
 mod calls;
+mod cases;
+mod defs;
 mod domain;
 mod paths;
 mod search;
 mod sites;
+mod state;
 pub mod text;
 mod textures;
 mod walk;

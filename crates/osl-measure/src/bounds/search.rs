@@ -5,12 +5,13 @@
 //! with statements that are open. The number of tiles in a round is fixed, so the result does not depend on
 //! the number of threads. This module must not know how a tile is walked.
 
-use super::assume::Defs;
 use super::calls::Calls;
+use super::defs::Defs;
 use super::domain::{Domain, Tile};
-use super::paths::{self, Paths};
+use super::paths::Paths;
 use super::sites::{Place, Sites, Watched, What};
-use super::walk::{Program, Walk};
+use super::state::{Program, Walk};
+use super::walk::apart;
 use super::{Claim, Output, Report, Verdict};
 use crate::quote::Quote;
 use crate::sanitize::{Subject, is_written};
@@ -90,7 +91,7 @@ pub fn prove(
     let walk_well = |tile: Tile, reached: &Reached| {
         let mut walked = walk(tile);
         if walked.score(reached) >= POOR
-            && let Some((outputs, sites)) = paths::apart(program, &walked.tile, &watched)
+            && let Some((outputs, sites)) = apart(program, &walked.tile, &watched)
         {
             walked.meet(&components(&outputs), &sites);
         }

@@ -2,7 +2,7 @@
 //! divisor is never 0, that an index exists, that an int fits. They are the events that `sanitize` counts.
 //! This module must not know how values are bounded.
 
-use super::assume::Defs;
+use super::defs::Defs;
 use crate::sanitize::Kind;
 use osl_ir::Span;
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, LaneOp, Op, ValueId};

@@ -2,19 +2,17 @@
 //!
 //! A branch that the tile does not decide is walked on both sides, each under the assumption that its
 //! condition holds (`assume`), and the results are joined; or the tile is walked once for each side
-//! (`paths`). A loop is walked round by round; from a number of rounds on, its variables are widened until
+//! (`cases`). A loop is walked round by round; from a number of rounds on, its variables are widened until
 //! they no longer grow. Every instruction reports what it was given to `sites`. This module must not know how
 //! tiles are chosen.
 
-use super::assume::{Defs, Undo};
-use super::calls::Calls;
-use super::domain::Tile;
+use super::domain::{Tile, shaped};
 use super::paths::Paths;
-use super::sites::Sites;
-use osl_exec::PointSource;
-use osl_ir::global::Global;
-use osl_ir::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, Op, SlotId, Source, ValueId};
-use osl_numeric::interval::{Enclosure, Interval, Whole, eval};
+use super::sites::{Sites, Watched};
+use super::state::{Arrays, Program, Undo, Walk};
+use osl_ir::ir::{BlockId, Inst, Kernel, Kind, LaneOp, Op, SlotId, Source, ValueId};
+use osl_numeric::interval::{Enclosure, Interval, eval};
+use std::sync::Arc;
 
 /// Rounds of a loop after the first one that may be its last, before its variables are widened.
 const OPEN_ROUNDS: usize = 40;
@@ -23,31 +21,37 @@ const STEPS: usize = 400_000;
 /// Rounds in which only what grows is widened; then everything that the loop changes may have any value.
 const WIDENED_ROUNDS: usize = 4;
 
-/// What a walk needs to know.
-#[derive(Clone, Copy)]
-pub(super) struct Program<'a> {
-    pub(super) body: &'a Body,
-    pub(super) defs: &'a Defs,
-    pub(super) points: &'a dyn PointSource,
-    pub(super) calls: &'a Calls<'a>,
-}
-
-/// The arrays of a program, element by element.
-type Arrays = Vec<Vec<Enclosure>>;
-
-/// One walk.
-pub(super) struct Walk<'a> {
-    pub(super) program: Program<'a>,
-    tile: &'a Tile,
-    pub(super) values: Vec<Option<Enclosure>>,
-    arrays: Arrays,
-    pub(super) sites: &'a mut Sites,
-    pub(super) paths: &'a mut Paths,
-    /// The number of loops and of branches with joined sides around the instruction.
-    pub(super) joined: usize,
-    /// Whether no point takes this path.
-    pub(super) is_dead: bool,
-    steps: usize,
+/// Walks a tile path by path. The result is the hull of the outputs, and what was seen; `None` if no place
+/// has cases, or if the walks have to stop.
+pub(super) fn apart(
+    program: Program<'_>,
+    tile: &Tile,
+    watched: &Arc<Watched>,
+) -> Option<(Vec<Vec<Enclosure>>, Sites)> {
+    let mut paths = Paths::apart();
+    let mut all: Option<(Vec<Vec<Enclosure>>, Sites)> = None;
+    loop {
+        let mut sites = Sites::new(watched.clone());
+        let outputs = Walk::run(program, tile, &mut sites, &mut paths);
+        if paths.is_single() || program.calls.limits.halted().is_some() {
+            return None;
+        }
+        if let Some(outputs) = outputs {
+            all = Some(match all {
+                None => (outputs, sites),
+                Some((others, mut seen)) => {
+                    seen.add(sites);
+                    let hulls = |(a, b): (&Vec<Enclosure>, &Vec<Enclosure>)| {
+                        a.iter().zip(b).map(|(a, b)| a.hull(b)).collect()
+                    };
+                    (others.iter().zip(&outputs).map(hulls).collect(), seen)
+                }
+            });
+        }
+        if !paths.next() {
+            return all;
+        }
+    }
 }
 
 impl<'a> Walk<'a> {
@@ -86,28 +90,6 @@ impl<'a> Walk<'a> {
             Source::Slot(slot) => walk.arrays.get(slot.index()).cloned().unwrap_or_default(),
         };
         Some(body.outputs.iter().map(of).collect())
-    }
-
-    /// The enclosure of a value; every value of its kind if its definition was not walked.
-    pub(super) fn of(&self, value: ValueId) -> Enclosure {
-        let known = self.values.get(value.index()).and_then(Option::as_ref);
-        known.cloned().unwrap_or_else(|| Enclosure::any(self.program.body.kind(value)))
-    }
-
-    pub(super) fn set(&mut self, value: ValueId, enclosure: Enclosure) {
-        if let Some(place) = self.values.get_mut(value.index()) {
-            *place = Some(enclosure);
-        }
-    }
-
-    fn set_all(&mut self, values: &[ValueId], enclosures: &[Enclosure]) {
-        for (value, enclosure) in values.iter().zip(enclosures) {
-            self.set(*value, enclosure.clone());
-        }
-    }
-
-    fn all(&self, values: &[ValueId]) -> Vec<Enclosure> {
-        values.iter().map(|value| self.of(*value)).collect()
     }
 
     fn block(&mut self, id: BlockId) {
@@ -409,15 +391,3 @@ fn fractions(value: &Enclosure) -> Enclosure {
         other => other.clone(),
     }
 }
-
-/// A datum of the points, as a value of a kind.
-pub(super) fn shaped(value: [f32; 3], kind: Option<Kind>) -> Enclosure {
-    match kind {
-        Some(Kind::Triple) => Enclosure::Triple(value.map(Interval::point)),
-        Some(Kind::Int) => Enclosure::Int(Whole::point(value[0] as i32)),
-        _ => Enclosure::Float(Interval::point(value[0])),
-    }
-}
-
-/// The globals that a tile gives.
-pub(super) const OF_TILE: [Global; 3] = [Global::P, Global::U, Global::V];

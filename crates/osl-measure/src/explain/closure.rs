@@ -3,7 +3,7 @@
 //! A closure has no value that could be printed; its text follows the nodes that made it. This module must
 //! not know lines.
 
-use super::value::show;
+use super::show::show;
 use crate::trace::{Node, NodeId, Trace, What};
 use osl_ir::ir::{Const, Kernel, LaneOp};
 

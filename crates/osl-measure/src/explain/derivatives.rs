@@ -3,7 +3,8 @@
 //! The changes come from a second trace, of a body whose notes have derivatives: asking for derivatives may
 //! change the last bits of values, so the values stay those of the first trace.
 
-use super::lines::{element, line_at, set_args};
+use super::lines::{element, set_args};
+use super::source::line_at;
 use super::{Explanation, What};
 use crate::trace::{Exact, Node, NodeId, OnePoint, Trace, What as Kind};
 use osl_ir::global::Global;

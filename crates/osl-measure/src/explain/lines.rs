@@ -2,6 +2,7 @@
 
 use super::reasons::Reasons;
 use super::sites::{Made, Site};
+use super::source::{At, line_at, snippet, text_of};
 use super::{Applied, Called, Compiled, Explanation, Fact, Line, Shown, State, Subject, Triple, What};
 use crate::trace::{Node, NodeId, Trace, What as Kind};
 use osl_ir::Span;
@@ -10,9 +11,6 @@ use osl_ir::ir::{Const, Kernel, LaneOp, Note, Test, note_names};
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A line: the start of its file and its number.
-type At = (u32, u32);
 
 /// Explains a point line by line, from the trace of the subject's body.
 pub fn explain(trace: &Trace, subject: &Subject, sources: &SourceMap) -> Explanation {
@@ -59,35 +57,6 @@ pub fn explain(trace: &Trace, subject: &Subject, sources: &SourceMap) -> Explana
     let lines = reader.lines();
     let calls = reader.calls;
     Explanation { shader: subject.body.name.to_string(), globals, calls, lines, outputs, cut: trace.cut }
-}
-
-/// The line of a span; none for code that no line holds.
-pub(super) fn line_at(span: Span, sources: &SourceMap) -> Option<At> {
-    if span == Span::default() {
-        return None;
-    }
-    sources.line(span).map(|(file, line)| (file.base, line))
-}
-
-fn text_of((base, number): At, sources: &SourceMap) -> Option<(String, String)> {
-    let file = sources.file_at(base)?;
-    let text = file.line(number)?;
-    Some((file.name.clone(), text.trim().chars().take(200).collect()))
-}
-
-/// The longest text of a condition.
-const MAX_CONDITION: usize = 80;
-
-/// The source text of a span, on one line.
-pub(super) fn snippet(span: Span, sources: &SourceMap) -> String {
-    let text = sources.file_at(span.start).and_then(|file| {
-        file.text.get((span.start - file.base) as usize..(span.end.saturating_sub(file.base)) as usize)
-    });
-    let text = text.unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
-    match text.char_indices().nth(MAX_CONDITION) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
 }
 
 /// The facts of a line, each thing once.

@@ -11,7 +11,9 @@ mod lines;
 mod narrow;
 mod needs;
 mod reasons;
+mod show;
 mod sites;
+mod source;
 pub mod text;
 mod value;
 
@@ -19,8 +21,9 @@ pub use cost::{Cost, cost, table};
 pub use derivatives::{Made, Slope, derivatives};
 pub use lines::explain;
 pub use narrow::Part;
+pub(crate) use show::{percent, short};
+pub(crate) use value::json_of;
 pub use value::{Shown, digits};
-pub(crate) use value::{json_of, percent, short};
 
 use crate::trace;
 use needs::Needs;

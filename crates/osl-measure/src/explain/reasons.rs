@@ -1,8 +1,8 @@
 //! Why a line does not run, or is not needed, in words.
 
 use super::Subject;
-use super::lines::{line_at, snippet};
 use super::sites::{Gate, Made, Site};
+use super::source::{line_at, snippet};
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;

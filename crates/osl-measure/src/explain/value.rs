@@ -1,6 +1,9 @@
-//! Values, as text and for tools.
+//! The values of a point, as text and for tools.
+//!
+//! This module must not know lines.
 
 use super::closure;
+use super::show::{show, show_exact};
 use crate::trace::{Exact, Node, NodeId, Trace};
 use osl_ir::ir::Const;
 use pxfm::f_log10;
@@ -138,82 +141,9 @@ pub fn digits(strict: f64, exact: f64) -> Option<f64> {
     Some((-f_log10(error / size)).max(0.0))
 }
 
-/// Characters of a string that are shown.
-const MAX_TEXT: usize = 200;
-
-/// A string in quotes, cut if it is too long to read.
-fn quoted(text: &str) -> String {
-    match text.char_indices().nth(MAX_TEXT) {
-        Some((end, _)) => format!("{:?}…", &text[..end]),
-        None => format!("{text:?}"),
-    }
-}
-
-pub(super) fn show(value: &Const) -> String {
-    match value {
-        Const::Int(n) => n.to_string(),
-        Const::Str(s) => quoted(s),
-        Const::Null => "null".to_string(),
-        Const::Float(x) => short(f64::from(*x), 6),
-        Const::Triple(t) => format!("({})", t.map(|x| short(f64::from(x), 6)).join(" ")),
-        Const::Matrix(m) => format!("[{}]", m.map(|x| short(f64::from(x), 6)).join(" ")),
-    }
-}
-
-fn show_exact(value: &Exact) -> String {
-    match value {
-        Exact::Int(n) => n.to_string(),
-        Exact::Str(s) => quoted(s),
-        Exact::Closure(some) => if *some { "closure" } else { "null" }.to_string(),
-        Exact::Float(x) => short(*x, 10),
-        Exact::Triple(t) => format!("({})", t.map(|x| short(x, 10)).join(" ")),
-        Exact::Matrix(m) => format!("[{}]", m.map(|x| short(x, 10)).join(" ")),
-    }
-}
-
-/// A number with some significant digits, without trailing zeros.
-pub(crate) fn short(x: f64, digits: usize) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
-    }
-    let power = f_log10(x.abs()).floor();
-    if !(-5.0..f64::from(digits as u32)).contains(&power) {
-        let text = format!("{x:.*e}", digits.saturating_sub(1));
-        let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-        return format!("{}e{exponent}", trimmed(mantissa));
-    }
-    let places = (digits as f64 - 1.0 - power).clamp(0.0, 17.0) as usize;
-    trimmed(&format!("{x:.places$}")).to_string()
-}
-
-/// A share as a percentage.
-pub(crate) fn percent(share: f64) -> String {
-    let percent = share * 100.0;
-    if percent >= 10.0 { format!("{percent:.0} %") } else { format!("{} %", short(percent, 2)) }
-}
-
-fn trimmed(text: &str) -> &str {
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        let cases = [
-            (0.5, "0.5"),
-            (1.0 / 3.0, "0.333333"),
-            (-2.0, "-2"),
-            (1e-7, "1e-7"),
-            (123_456_789.0, "1.23457e8"),
-        ];
-        for (x, text) in cases {
-            assert_eq!(short(x, 6), text);
-        }
-        assert_eq!(short(f64::NAN, 6), "NaN");
-    }
 
     #[test]
     fn digits_in_common_are_of_the_larger() {

@@ -17,6 +17,7 @@ mod noise;
 mod report;
 mod search;
 mod text;
+mod words;
 mod write;
 
 pub use html::html;

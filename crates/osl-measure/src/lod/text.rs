@@ -1,6 +1,7 @@
 //! The report as text. This module must not know how levels are found.
 
 use super::report::{Level, Report, Row};
+use super::words::{percent, samples};
 use crate::explain::short;
 use std::fmt::Write;
 
@@ -105,7 +106,6 @@ fn level_line(report: &Report, at: usize, level: &Level, out: &mut String) {
 }
 
 fn row_line(row: &Row, out: &mut String) {
-    let percent = |x: f64| format!("{} %", short(100.0 * x, 2));
     let equal = if row.equal_samples >= f64::from(row.most) {
         format!("{} or more", row.most)
     } else {
@@ -124,8 +124,4 @@ fn row_line(row: &Row, out: &mut String) {
         time(1),
         cheaper
     );
-}
-
-pub(super) fn samples(n: u32) -> String {
-    if n == 1 { "one sample".to_string() } else { format!("{n} samples") }
 }

@@ -5,6 +5,7 @@
 use super::frame::{Frame, applied};
 use super::inputs::{Coordinate, Inputs};
 use super::means::Statement;
+use super::words::{percent, samples};
 use crate::stability::fix::source::Source;
 use osl_syntax::diagnostic::Edit;
 
@@ -215,7 +216,7 @@ impl Writer {
         for (((full, name), error), index) in fulls.zip(names).zip(said.errors).zip(0..) {
             let what = if index == plan.near.len() { "all outputs" } else { "some values" };
             let [percent, other] = error.map(percent);
-            let samples = super::text::samples(said.samples);
+            let samples = samples(said.samples);
             let has = if said.samples == 1 { "has" } else { "have" };
             let [begin, end] = self.widths(full);
             text += &if inputs.leaves && index == plan.near.len() {
@@ -360,11 +361,6 @@ fn comment(text: &str) -> String {
         line += word;
     }
     out + &line + "\n"
-}
-
-/// A share as percent with two digits.
-fn percent(share: f64) -> String {
-    format!("{} %", crate::explain::short(100.0 * share, 2))
 }
 
 /// A width with three digits, rounded up or down.

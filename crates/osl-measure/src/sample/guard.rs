@@ -12,10 +12,10 @@
 //! This module must not know what is filtered, or what is done with its answers.
 
 use super::bounds::outputs;
-use super::image::{Image, Shading, TOGETHER, not_finite};
+use super::image::{Guard, Image, Shading, TOGETHER, not_finite};
 use super::points::PlacedPoints;
 use super::surface::Place;
-use osl_exec::{Frame, Program, RunError, RunOptions};
+use osl_exec::{Frame, RunError, RunOptions};
 use std::ops::Range;
 
 /// A difference that can be seen, as a share of the output's range. Values agree up to it.
@@ -29,15 +29,6 @@ const WORTH: f64 = 0.05;
 const SQUARE: usize = 32;
 /// Points of such a batch.
 const BATCH: usize = 256;
-
-/// The plain program beside a filtered one, for images with one sample at the centre of each pixel.
-#[derive(Clone, Copy, Debug)]
-pub struct Guard<'a> {
-    /// The program without filtering. It has the same planes.
-    pub plain: &'a Program,
-    /// The range of the output of each plane, in its units.
-    pub ranges: &'a [f64],
-}
 
 /// A plane in and around a pixel.
 #[derive(Clone, Copy, Debug)]

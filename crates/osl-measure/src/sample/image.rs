@@ -1,8 +1,9 @@
-//! The inputs of an image, and images with the same number of samples in every pixel.
+//! The inputs of an image, runs of the program at some of its pixels, and what an image consists of.
+//!
+//! This module must not know how many samples a pixel should get.
 
 use super::error::{Block, Shown, block, variance};
 use super::filter::Filter;
-use super::guard::Guard;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
 use super::surface::Surface;
@@ -34,6 +35,15 @@ pub struct Shading<'a> {
     pub pattern: Pattern,
     /// The reconstruction filter.
     pub filter: Filter,
+}
+
+/// The plain program beside a filtered one, for images with one sample at the centre of each pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Guard<'a> {
+    /// The program without filtering. It has the same planes.
+    pub plain: &'a Program,
+    /// The range of the output of each plane, in its units.
+    pub ranges: &'a [f64],
 }
 
 /// An image, or some rows of it.
@@ -309,45 +319,6 @@ impl<'a> Shading<'a> {
             plane.words = values.into_iter().map(f32::to_bits).collect();
         }
         planes
-    }
-
-    /// Renders some rows of an image with the same number of samples in each pixel, at most as many as the
-    /// pattern has. A single sample lies at the pixel's centre: its values are those of a run without
-    /// samples.
-    ///
-    /// # Errors
-    /// A loop exceeds its budget.
-    pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, RunError> {
-        let samples = samples.clamp(1, self.pattern.count());
-        if let (1, Some(guard)) = (samples, self.guard) {
-            return self.guarded(guard, rows);
-        }
-        let pixels = self.pixels(rows);
-        let mut image = Image::default();
-        let values: Vec<Vec<f32>> = if samples == 1 {
-            self.centres(&pixels, &mut image.frame)?
-        } else {
-            let batch = self.batch(&pixels, 0..samples, false)?;
-            image.frame = batch.said;
-            batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
-        };
-        image.tally.pixels = pixels.len() as u64;
-        image.tally.evaluations = pixels.len() as u64 * u64::from(samples);
-        image.tally.note(samples, pixels.len() as u64);
-        image.tally.not_finite = not_finite(&values);
-        image.frame.planes = self.filled(values);
-        Ok(image)
-    }
-}
-
-impl Shading<'_> {
-    /// The values of some pixels with a number of samples, plane by plane.
-    ///
-    /// # Errors
-    /// A loop exceeds its budget.
-    pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
-        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()), false)?;
-        Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
     }
 }
 

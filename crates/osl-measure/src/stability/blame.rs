@@ -10,59 +10,14 @@
 //! Expressions*, 2015). An instruction scores by the share of the error that passes through it where it
 //! amplifies, and with less weight by its own rounding, which adds up in long loops.
 
+use super::instruction::{Blame, Place};
 use super::pairs::{Pairs, Paths};
 use crate::trace::{Exact, NodeId, Trace, What, eval};
-use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity};
 use std::collections::BTreeMap;
 
-/// What an instruction did to the outputs of one point, as shares of an output's range.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Blame {
-    /// Error that passes through it and that it amplifies, or that begins in it.
-    pub amplified: f64,
-    /// Error from its own rounding.
-    pub rounded: f64,
-    /// How often a comparison, a floor or the like has a different result in double precision.
-    pub flips: u32,
-    /// How often it ran.
-    pub runs: u32,
-    /// The largest factor by which the relative error of its result exceeds that of its arguments; 0 if the
-    /// result is right.
-    pub factor: f64,
-}
-
-/// Weight of rounding error relative to amplified error. It is small, so rounding decides only if nothing is
-/// amplified.
-pub(super) const ROUNDING: f64 = 0.02;
-
 /// An argument counts as nearly right up to this relative error.
 const CLOSE: f64 = 1e-4;
-
-impl Blame {
-    /// The score by which instructions are ranked.
-    pub fn score(&self) -> f64 {
-        self.amplified + ROUNDING * self.rounded
-    }
-
-    /// Adds the blame from another point.
-    pub fn add(&mut self, other: &Blame) {
-        self.amplified += other.amplified;
-        self.rounded += other.rounded;
-        self.flips += other.flips;
-        self.runs += other.runs;
-        self.factor = self.factor.max(other.factor);
-    }
-}
-
-/// An instruction of the source: its location and its operation.
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
-    /// Its location.
-    pub span: Span,
-    /// Its operation, in the words of the IR.
-    pub what: String,
-}
 
 /// What the instructions of a trace did.
 #[derive(Clone, Debug, Default)]

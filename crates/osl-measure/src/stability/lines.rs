@@ -1,6 +1,7 @@
 //! From the blame of instructions to lines of the source.
 
-use super::blame::{Blame, Place, ROUNDING, blame};
+use super::blame::blame;
+use super::instruction::{Blame, Place, ROUNDING};
 use super::jumps::jumps;
 use super::pairs::{Pairs, Partner, Side};
 use super::subject::{Planes, Subject};

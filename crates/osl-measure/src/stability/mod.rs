@@ -12,6 +12,7 @@ pub(crate) mod cost;
 mod examine;
 pub mod fix;
 pub mod html;
+mod instruction;
 mod jumps;
 mod lines;
 mod pairs;
@@ -19,8 +20,8 @@ mod subject;
 mod sweep;
 pub mod text;
 
-pub use blame::{Blame, Place};
 pub use examine::{Examined, Knob, examine, examine_given};
+pub use instruction::{Blame, Place};
 pub use lines::{Culprit, Found, culprits};
 pub use pairs::Partner;
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};

@@ -5,7 +5,7 @@
 //! memories join, the memory of the largest part counts. This module must not know how errors are split into
 //! parts.
 
-use super::blame::{Blame, Place};
+use super::instruction::{Blame, Place};
 use crate::trace::NodeId;
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;

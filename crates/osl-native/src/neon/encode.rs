@@ -4,8 +4,6 @@
 //! (vector instructions). This module must not know what the instructions are used for; a test compares all
 //! of them with words that another assembler wrote.
 
-use super::place::Places;
-
 /// One of 32 vector registers of 4 lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct V(pub(super) u8);
@@ -114,11 +112,10 @@ pub(super) mod name {
 /// The farthest instruction, in words, to which a conditional branch leads back.
 const FARTHEST: usize = 1 << 18;
 
-/// Code under construction.
+/// A sequence of instructions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Assembler {
     words: Vec<u32>,
-    pub(super) places: Places,
 }
 
 impl Assembler {

@@ -6,6 +6,7 @@
 use super::encode::{Assembler, Skip, V, X, name};
 use super::{LANES, VECTOR};
 use crate::encoder::{Base, MemoryOperand};
+use std::ops::{Deref, DerefMut};
 
 /// The code's arguments, in the registers of the first four parameters: pointers to the arrays, working
 /// memory for values without a register, the byte offset of the first lane, and the byte offset after the
@@ -37,9 +38,10 @@ enum Address {
     Sum(X, X),
 }
 
-/// Constants, and what is known while code is made.
+/// Code under construction: instructions, constants, and what is known while code is made.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Places {
+pub(super) struct Draft {
+    instructions: Assembler,
     pool: Vec<u32>,
     /// Where the address of the constants is computed, and where the loop begins.
     entry: usize,
@@ -52,11 +54,26 @@ fn register(Base(number): Base) -> X {
     if number < KEPT_BASES { X(FIRST_BASE + number) } else { OTHER_BASE }
 }
 
-impl Assembler {
+/// Every instruction can be added to the code.
+impl Deref for Draft {
+    type Target = Assembler;
+
+    fn deref(&self) -> &Assembler {
+        &self.instructions
+    }
+}
+
+impl DerefMut for Draft {
+    fn deref_mut(&mut self) -> &mut Assembler {
+        &mut self.instructions
+    }
+}
+
+impl Draft {
     /// Loads the pointer of an array.
     pub(super) fn pointer(&mut self, to: Base, array: u32) {
-        if self.places.pointed == Some(to) {
-            self.places.pointed = None;
+        if self.pointed == Some(to) {
+            self.pointed = None;
         }
         let from = Address::At(POINTERS, 8 * array);
         self.transfer(name::LDR_X, register(to).0, from, 8);
@@ -65,9 +82,9 @@ impl Assembler {
     /// Begins the loop.
     pub(super) fn begin(&mut self) {
         // The distance to the constants is known at the end.
-        self.places.entry = self.here();
+        self.entry = self.here();
         (0..4).for_each(|_| self.push(0));
-        self.places.start = self.here();
+        self.start = self.here();
     }
 
     /// Loads a vector; a word fills all lanes.
@@ -102,7 +119,7 @@ impl Assembler {
             self.set(ADDRESS, offset);
             self.add(ADDRESS, ADDRESS, base);
         }
-        self.places.pointed = None;
+        self.pointed = None;
         self.load_four(first, ADDRESS);
     }
 
@@ -111,11 +128,11 @@ impl Assembler {
         if self.immediate(to, bits) {
             return;
         }
-        let pool = &mut self.places.pool;
+        let pool = &mut self.pool;
         match pool.iter().position(|have| *have == bits) {
             None if pool.len() == MAX_POOL => {
                 self.set(ADDRESS, bits);
-                self.places.pointed = None;
+                self.pointed = None;
                 self.fill(to, ADDRESS);
             }
             found => {
@@ -133,7 +150,7 @@ impl Assembler {
     pub(super) fn skip_if_none(&mut self, mask: V, work: V) -> Skip {
         self.two(name::UMAXV, work, mask);
         self.lowest_word(ADDRESS, work);
-        self.places.pointed = None;
+        self.pointed = None;
         self.skip_if_zero(ADDRESS)
     }
 
@@ -142,21 +159,22 @@ impl Assembler {
     pub(super) fn finish(mut self, vectors: usize) -> (Vec<u8>, usize) {
         self.add_immediate(LANE, LANE, (VECTOR * vectors) as u32);
         self.compare(LANE, END);
-        self.repeat_if_below(self.places.start);
+        let start = self.start;
+        self.repeat_if_below(start);
         self.push(name::RET);
         let instructions = self.here();
         while !self.here().is_multiple_of(LANES) {
             self.push(0);
         }
         // POOL = the address of this instruction, plus the distance from there.
-        let entry = self.places.entry;
+        let entry = self.entry;
         let distance = 4 * (self.here() - entry) as u32;
         let mut begin = Assembler::default();
         begin.address_of_this(ADDRESS);
         begin.set_both(POOL, distance);
         begin.add(POOL, POOL, ADDRESS);
         self.replace(entry, &begin);
-        let pool = std::mem::take(&mut self.places.pool);
+        let pool = std::mem::take(&mut self.pool);
         pool.iter().for_each(|bits| (0..LANES).for_each(|_| self.push(*bits)));
         (self.bytes(), instructions)
     }
@@ -170,12 +188,12 @@ impl Assembler {
                 if !fits(offset, VECTOR as u32) {
                     self.set(ADDRESS, offset);
                     self.add(ADDRESS, ADDRESS, LANE);
-                    self.places.pointed = None;
+                    self.pointed = None;
                     return Address::Sum(from, ADDRESS);
                 }
-                if self.places.pointed != Some(base) {
+                if self.pointed != Some(base) {
                     self.add(ADDRESS, from, LANE);
-                    self.places.pointed = Some(base);
+                    self.pointed = Some(base);
                 }
                 Address::At(ADDRESS, offset)
             }
@@ -193,7 +211,7 @@ impl Assembler {
             }
             Address::At(base, offset) => {
                 self.set(ADDRESS, offset);
-                self.places.pointed = None;
+                self.pointed = None;
                 self.transfer_sum(op, number, base, ADDRESS);
             }
             Address::Sum(base, other) => self.transfer_sum(op, number, base, other),

@@ -2,7 +2,8 @@
 //! of the result, except for the length, and the last operand may be in the last spare register. This module
 //! must not know which registers hold which values.
 
-use super::encode::{Assembler, V, name};
+use super::encode::{V, name};
+use super::place::Draft;
 use super::{INFINITY, SPARE};
 use crate::encoder::MemoryOperand;
 
@@ -13,7 +14,7 @@ const TOO_LARGE: u32 = 0x4F00_0000;
 const LEAST: u32 = 0xCF00_0000;
 
 /// 1 divided by the root.
-pub(super) fn inverse_root(code: &mut Assembler, to: V, x: V) {
+pub(super) fn inverse_root(code: &mut Draft, to: V, x: V) {
     let [root, ..] = SPARE;
     code.two(name::FSQRT, root, x);
     code.constant(to, 1.0_f32.to_bits());
@@ -22,7 +23,7 @@ pub(super) fn inverse_root(code: &mut Assembler, to: V, x: V) {
 
 /// Truncation to an int. The instruction saturates and returns 0 for NaN; so what does not fit, which
 /// includes NaN, is replaced by the least float that fits.
-pub(super) fn to_int(code: &mut Assembler, to: V, x: V) {
+pub(super) fn to_int(code: &mut Draft, to: V, x: V) {
     let [fits, least, ..] = SPARE;
     code.constant(fits, TOO_LARGE);
     code.three(name::FCMGT, fits, fits, x);
@@ -32,7 +33,7 @@ pub(super) fn to_int(code: &mut Assembler, to: V, x: V) {
 }
 
 /// The upper halves of the products of the ints in `x` and a factor.
-pub(super) fn high_product(code: &mut Assembler, to: V, x: V, factor: i32) {
+pub(super) fn high_product(code: &mut Draft, to: V, x: V, factor: i32) {
     let [by, upper, ..] = SPARE;
     code.constant(by, factor as u32);
     // The products of the upper two lanes, and of the lower two.
@@ -42,14 +43,14 @@ pub(super) fn high_product(code: &mut Assembler, to: V, x: V, factor: i32) {
 }
 
 /// The first if it is smaller, else the second. The instruction `fmin` returns NaN if either is NaN.
-pub(super) fn min(code: &mut Assembler, to: V, x: V, y: V) {
+pub(super) fn min(code: &mut Draft, to: V, x: V, y: V) {
     let [smaller, ..] = SPARE;
     code.three(name::FCMGT, smaller, y, x);
     code.choose(to, smaller, x, y);
 }
 
 /// The instruction reads a signed byte of the distance.
-pub(super) fn shift_left(code: &mut Assembler, to: V, x: V, distance: V) {
+pub(super) fn shift_left(code: &mut Draft, to: V, x: V, distance: V) {
     let [bounded, ..] = SPARE;
     code.constant(bounded, 32);
     code.three(name::UMIN, bounded, bounded, distance);
@@ -57,7 +58,7 @@ pub(super) fn shift_left(code: &mut Assembler, to: V, x: V, distance: V) {
 }
 
 /// A shift right is one to the left by a negative distance.
-pub(super) fn shift_right(code: &mut Assembler, to: V, x: V, distance: V) {
+pub(super) fn shift_right(code: &mut Draft, to: V, x: V, distance: V) {
     let [bounded, ..] = SPARE;
     code.constant(bounded, 31);
     code.three(name::UMIN, bounded, bounded, distance);
@@ -66,7 +67,7 @@ pub(super) fn shift_right(code: &mut Assembler, to: V, x: V, distance: V) {
 }
 
 /// Neither less nor greater.
-pub(super) fn equal_or_nan(code: &mut Assembler, to: V, x: V, y: V) {
+pub(super) fn equal_or_nan(code: &mut Draft, to: V, x: V, y: V) {
     let [greater, ..] = SPARE;
     code.three(name::FCMGT, greater, x, y);
     code.three(name::FCMGT, to, y, x);
@@ -75,7 +76,7 @@ pub(super) fn equal_or_nan(code: &mut Assembler, to: V, x: V, y: V) {
 }
 
 /// Whether floats are NaN or infinite.
-pub(super) fn class(code: &mut Assembler, to: V, x: V, (nan, infinite): (bool, bool)) {
+pub(super) fn class(code: &mut Draft, to: V, x: V, (nan, infinite): (bool, bool)) {
     let [infinity, ..] = SPARE;
     match (nan, infinite) {
         (true, true) => {
@@ -97,7 +98,7 @@ pub(super) fn class(code: &mut Assembler, to: V, x: V, (nan, infinite): (bool, b
 
 /// The words of a table. The instruction selects bytes of four registers, so each index becomes the numbers
 /// of its word's four bytes.
-pub(super) fn look_up(code: &mut Assembler, to: V, index: V, table: MemoryOperand) {
+pub(super) fn look_up(code: &mut Draft, to: V, index: V, table: MemoryOperand) {
     let [first, ..] = SPARE;
     code.constant(first, 0x0404_0404);
     code.three(name::MUL, to, index, first);
@@ -108,7 +109,7 @@ pub(super) fn look_up(code: &mut Assembler, to: V, index: V, table: MemoryOperan
 }
 
 /// The length of a vector: `root`, unless its `square` is too small. The code chooses a path for all lanes.
-pub(super) fn length(code: &mut Assembler, to: V, [root, square]: [V; 2], v: [V; 3]) {
+pub(super) fn length(code: &mut Draft, to: V, [root, square]: [V; 2], v: [V; 3]) {
     let [small, largest, sum, part] = SPARE;
     code.copy(to, root);
     code.constant(small, UNDERFLOWS_BELOW);

@@ -5,8 +5,8 @@
 //! the rest of the statement is still checked. This module must not know the grammar: the parser has told
 //! where it failed and what it expects there.
 
-use super::expected::{describe, words};
 use super::recover::{is_init_list, stand_in};
+use super::words::{describe, words};
 use super::{Failure, Stream};
 use crate::ast::BinaryOp;
 use crate::brackets::Brackets;

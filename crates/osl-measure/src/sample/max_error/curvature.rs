@@ -3,7 +3,7 @@
 //! A *curvature* is the absolute second difference between neighbouring lattice values.
 
 use super::Work;
-use super::lattice::corners;
+use super::cell::corners;
 use crate::sample::bounds::Weights;
 use crate::sample::rate::ticks;
 use rayon::prelude::*;

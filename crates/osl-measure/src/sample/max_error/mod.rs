@@ -14,6 +14,7 @@
 //! the largest estimated error at which a pixel needs no further samples. So the estimates need not be exact;
 //! they only have to sort the pixels.
 
+mod cell;
 mod cheaper;
 mod curvature;
 mod lattice;

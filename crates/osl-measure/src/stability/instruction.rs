@@ -1,0 +1,50 @@
+//! An instruction of the source, and what it is blamed for.
+//!
+//! This module must not know how blame is found.
+
+use osl_ir::Span;
+
+/// Weight of rounding error relative to amplified error. It is small, so rounding decides only if nothing is
+/// amplified.
+pub(super) const ROUNDING: f64 = 0.02;
+
+/// An instruction of the source: its location and its operation.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// Its location.
+    pub span: Span,
+    /// Its operation, in the words of the IR.
+    pub what: String,
+}
+
+/// What an instruction did to the outputs of one point, as shares of an output's range.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Blame {
+    /// Error that passes through it and that it amplifies, or that begins in it.
+    pub amplified: f64,
+    /// Error from its own rounding.
+    pub rounded: f64,
+    /// How often a comparison, a floor or the like has a different result in double precision.
+    pub flips: u32,
+    /// How often it ran.
+    pub runs: u32,
+    /// The largest factor by which the relative error of its result exceeds that of its arguments; 0 if the
+    /// result is right.
+    pub factor: f64,
+}
+
+impl Blame {
+    /// The score by which instructions are ranked.
+    pub fn score(&self) -> f64 {
+        self.amplified + ROUNDING * self.rounded
+    }
+
+    /// Adds the blame from another point.
+    pub fn add(&mut self, other: &Blame) {
+        self.amplified += other.amplified;
+        self.rounded += other.rounded;
+        self.flips += other.flips;
+        self.runs += other.runs;
+        self.factor = self.factor.max(other.factor);
+    }
+}
