@@ -17,6 +17,11 @@ const MAX_OPERATIONS: usize = 1 << 16;
 /// The last word of an array that a block may address, since byte offsets are signed 32-bit numbers.
 const MAX_WORDS: usize = 1 << 28;
 
+/// The longest block that is tried as a pair, and the most values that a pair may keep in working memory: with
+/// more, moving values takes longer than waiting for results.
+const LONGEST_PAIR: usize = 1024;
+const MAX_PAIR_SLOTS: usize = 48;
+
 /// Bytes per page and per cache line.
 const PAGE: usize = 4096;
 const LINE: usize = 64;
@@ -60,7 +65,7 @@ pub struct Code {
     arrays: Vec<Use>,
     /// Words of working memory.
     slots: usize,
-    /// Lanes per vector.
+    /// Lanes in each round: those of a vector, or of two.
     lanes: usize,
     /// Whether it has a budget or may stop.
     may_stop: bool,
@@ -108,6 +113,22 @@ impl Code {
     /// Assembles a block; `None` if the machine cannot run the code, the system does not permit new
     /// executable code, or the block is too large.
     pub fn new(block: &Block, target: Target) -> Option<Code> {
+        Self::with_slots(block, target, usize::MAX)
+    }
+
+    /// Code for batches of `width` lanes. If a batch consists of whole pairs of vectors, and most values fit in
+    /// registers, the code computes two vectors in step ([`Block::pair`]); a call must then ask for whole pairs.
+    /// `None` as for [`Code::new`].
+    pub fn for_batches(block: &Block, target: Target, width: usize) -> Option<Code> {
+        let lanes = target.lanes();
+        let is_fit = block.len() <= LONGEST_PAIR && width.is_multiple_of(2 * lanes);
+        let pair = if is_fit { block.pair(lanes as u32) } else { None };
+        let code = pair.and_then(|pair| Self::with_slots(&pair, target, MAX_PAIR_SLOTS));
+        code.or_else(|| Self::new(block, target))
+    }
+
+    /// The code of a block, unless it keeps more vectors in working memory than so many.
+    fn with_slots(block: &Block, target: Target, most: usize) -> Option<Code> {
         let furthest = block.arrays.iter().map(|used| used.words.max(used.lanes.unwrap_or(0))).max();
         if !target.is_supported() || block.len() > MAX_OPERATIONS || furthest.unwrap_or(0) > MAX_WORDS {
             return None;
@@ -116,6 +137,9 @@ impl Code {
             return None;
         }
         let (assembled, lanes) = (target.assemble(block), target.lanes() * block.vectors());
+        if assembled.slots > most {
+            return None;
+        }
         let size = assembled.bytes.len();
         let start = NEXT.fetch_add(size.next_multiple_of(LINE), Ordering::Relaxed) % PAGE;
         let memory = executable(start, &assembled.bytes)?;
@@ -146,8 +170,8 @@ impl Code {
         true
     }
 
-    /// The same for code that may stop. Each vector may spend the budget. `goes_on` is asked after each
-    /// vector, given what it spent.
+    /// The same for code that may stop. Each vector, or pair of vectors, may spend the budget. `goes_on` is
+    /// asked after each, given what it spent.
     pub fn run_within<'a>(
         &self,
         arrays: impl IntoIterator<Item = Words<'a>>,

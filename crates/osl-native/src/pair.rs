@@ -92,3 +92,52 @@ impl Block {
         if a == b { a } else { self.push(Op::MaskOr, &[a, b]) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inst::{Binary, IntCompare};
+    use crate::region::Next;
+
+    #[test]
+    fn what_all_lanes_share_is_computed_once() {
+        let mut block = Block::new();
+        let (words, lanes) = (block.array(), block.array());
+        let (a, b, x) = (block.word(words, 0), block.float(2.0), block.lanes(lanes, 0));
+        let shared = block.binary(Binary::Mul, a, b);
+        let sum = block.binary(Binary::Add, x, shared);
+        block.store(lanes, 0, sum, true);
+        let pair = block.pair(8).map(|pair| pair.insts.iter().map(|inst| inst.op).collect::<Vec<_>>());
+        let (mul, add) = (Op::Binary(Binary::Mul), Op::Binary(Binary::Add));
+        let expected = [
+            Op::Word(words, 0),
+            Op::Constant(2.0_f32.to_bits()),
+            Op::Lanes(lanes, 0),
+            Op::Lanes(lanes, 8),
+            mul,
+            add,
+            add,
+            Op::Store(lanes, 0),
+            Op::Store(lanes, 8),
+        ];
+        assert_eq!(pair, Some(expected.to_vec()));
+    }
+
+    #[test]
+    fn a_loop_goes_on_while_either_vector_does() {
+        let mut block = Block::new();
+        let lanes = block.array();
+        let (x, zero, one) = (block.lanes(lanes, 0), block.bits(0), block.bits(1));
+        let active = block.not_zero(x);
+        let begun = block.begin_loop(active, &[x], 1);
+        let less = block.binary(Binary::IntSub, begun.values[0], one);
+        let again = block.compare_ints(IntCompare::Less, zero, less);
+        let results = block.end_loop(&begun, &[Next { value: less, kept: true }], again);
+        block.store(lanes, 0, results[0], true);
+        let pair = block.pair(4).expect("it has no offsets");
+        let [region] = pair.regions.as_slice() else { panic!("{:?}", pair.regions) };
+        assert_eq!(pair.insts[region.again as usize].op, Op::MaskOr);
+        assert_eq!((region.carried.len(), pair.insts[region.end as usize].op), (4, Op::End(0)));
+        assert!(pair.pair(4).is_none());
+    }
+}

@@ -195,7 +195,7 @@ fn compile(run: &[QueuedOp], constant: Constants<'_>, shape: Shape, parts: &mut 
     let several = several.filter(|parts| cut::is_faster(parts.iter().map(|part| &part.0), &whole));
     let loops = several.unwrap_or_else(|| vec![(whole, arrays)]);
     for (block, arrays) in loops {
-        parts.push(Segment::Code { code: Code::new(&block, shape.target)?, arrays });
+        parts.push(Segment::Code { code: Code::for_batches(&block, shape.target, shape.width)?, arrays });
     }
     Some(())
 }

@@ -96,7 +96,7 @@ impl RegionPlan {
         if block.overwrites_inputs() {
             return None;
         }
-        let code = Code::new(&block, shape.target)?;
+        let code = Code::for_batches(&block, shape.target, shape.width)?;
         Some(RegionPlan { code, arrays: sources.into_iter().collect(), uniform, written })
     }
 

@@ -11,7 +11,8 @@ use crate::block::Block;
 use crate::encoder::{Encoder, MemoryOperand, Register};
 use crate::inst::{Carry, Inst, Kind, Op};
 
-/// Whether an encoder can write the regions of a block: a region must leave half of the registers to others.
+/// Whether an encoder can write the regions of a block: a region must leave three of eight registers to
+/// others.
 pub(crate) fn carries<E: Encoder>(block: &Block) -> bool {
     if block.regions.is_empty() {
         return E::JUMPS || block.is_plain();
@@ -21,7 +22,7 @@ pub(crate) fn carries<E: Encoder>(block: &Block) -> bool {
         .regions
         .iter()
         .map(|region| region.carried.iter().filter(|carry| carry.is_needed(&needed)).count());
-    E::JUMPS && most.max().unwrap_or(0) < usize::from(E::VECTORS) / 2
+    E::JUMPS && most.max().unwrap_or(0) <= usize::from(E::VECTORS) * 5 / 8
 }
 
 /// What regions read at their start and end, by their number.

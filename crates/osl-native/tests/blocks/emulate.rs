@@ -89,7 +89,7 @@ impl Machine<'_, '_> {
             Mnemonic::Vpgatherdd => self.gather(inst),
             Mnemonic::Add => {
                 let to = inst.op0_register().number();
-                self.general[to] = self.general[to].wrapping_add(inst.immediate8to64() as u64);
+                self.general[to] = self.general[to].wrapping_add(inst.immediate32to64() as u64);
             }
             Mnemonic::Cmp => {
                 let [a, b] = [inst.op0_register(), inst.op1_register()].map(|r| self.general[r.number()]);

@@ -1,6 +1,6 @@
 //! Blocks with loops and skipped parts: random ones run as they are interpreted, and budgets bound them.
 
-use super::{Held, WIDEST, emulated, extremes, next, on_machine, regions};
+use super::{Held, WIDEST, emulated, extremes, forms, next, on_machine, regions};
 use osl_native::interpret::interpret;
 use osl_native::{Binary, Block, Code, IntCompare, Next, Outcome, Scratch, Target, Words};
 use std::ops::Range;
@@ -10,7 +10,7 @@ fn check_regions(
     numbers: Range<u32>,
     ways: impl Fn(&Block, &[Held], &[Range<usize>]) -> Vec<(&'static str, Vec<Held>)>,
 ) {
-    let (lanes, list) = (2 * WIDEST, extremes());
+    let (lanes, list) = (WIDEST, extremes());
     for number in numbers {
         let mut state = number.wrapping_mul(0x9E37_79B9) | 1;
         let count = 8 + next(&mut state) % if number.is_multiple_of(8) { 600 } else { 100 };
@@ -37,9 +37,10 @@ fn check_regions(
 fn regions_run_as_they_are_interpreted() {
     check_regions(0..150, |block, arrays, ranges| {
         let some = Target::ALL.iter().filter(|target| target.carries(block)).copied();
-        some.flat_map(|target| {
-            let emulated = (target.name(), emulated(target, block, arrays, ranges));
-            let on_machine = on_machine(target, block, arrays, ranges).map(|held| (target.name(), held));
+        let all = some.flat_map(|target| forms(block, target).map(move |form| (target, form)));
+        all.flat_map(|(target, (name, form))| {
+            let emulated = (name, emulated(target, &form, arrays, ranges));
+            let on_machine = on_machine(target, &form, arrays, ranges).map(|held| (name, held));
             std::iter::once(emulated).chain(on_machine)
         })
         .collect()
@@ -50,8 +51,11 @@ fn regions_run_as_they_are_interpreted() {
 fn check_many_regions(numbers: Range<u32>) {
     check_regions(numbers, |block, arrays, ranges| {
         let carries = |target: &&Target| target.is_supported() && Code::new(block, **target).is_some();
-        let some = Target::ALL.iter().filter(carries);
-        some.filter_map(|target| Some((target.name(), on_machine(*target, block, arrays, ranges)?))).collect()
+        let on = |target: &Target| {
+            let run = |(name, form)| Some((name, on_machine(*target, &form, arrays, ranges)?));
+            forms(block, *target).filter_map(run).collect::<Vec<_>>()
+        };
+        Target::ALL.iter().filter(carries).flat_map(on).collect()
     });
 }
 

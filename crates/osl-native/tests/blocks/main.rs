@@ -29,8 +29,8 @@ use proptest::prelude::*;
 use random::{Both, PLACES};
 use std::ops::Range;
 
-/// Lanes of the widest vectors.
-const WIDEST: usize = 16;
+/// Lanes of two of the widest vectors.
+const WIDEST: usize = 32;
 
 /// An array for a block.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,6 +85,17 @@ fn on_machine(target: Target, block: &Block, arrays: &[Held], ranges: &[Range<us
     Some(held)
 }
 
+/// A block for a target: for one vector at a time, and for two in step if it can be a pair.
+fn forms(block: &Block, target: Target) -> impl Iterator<Item = (&'static str, Block)> {
+    let pair = match target {
+        Target::Avx2 => "avx2, in pairs",
+        Target::Avx512 => "avx512, in pairs",
+        Target::Neon => "neon, in pairs",
+    };
+    let two = block.pair(target.lanes() as u32).filter(|block| target.carries(block));
+    std::iter::once((target.name(), block.clone())).chain(two.map(|block| (pair, block)))
+}
+
 /// The contents of the arrays after a block has run on ranges of lanes, for each way to run it.
 fn each_way(block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<(&'static str, Vec<Held>)> {
     let mut ways = Vec::new();
@@ -95,10 +106,12 @@ fn each_way(block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<(&'s
     }
     ways.push(("interpreted", held));
     for target in Target::ALL.iter().copied() {
-        ways.push((target.name(), emulated(target, block, arrays, ranges)));
-        match on_machine(target, block, arrays, ranges) {
-            Some(held) => ways.push((target.name(), held)),
-            None => println!("left out: this machine has no {}, so that it is only emulated", target.name()),
+        for (name, block) in forms(block, target) {
+            ways.push((name, emulated(target, &block, arrays, ranges)));
+            match on_machine(target, &block, arrays, ranges) {
+                Some(held) => ways.push((name, held)),
+                None => println!("left out: this machine has no {name}, so that it is only emulated"),
+            }
         }
     }
     ways
@@ -522,8 +535,11 @@ fn check_many(numbers: Range<u32>) {
         let steps: Vec<[usize; 5]> = (0..count).map(|_| [(); 5].map(|()| some(1 << 20) as usize)).collect();
         let (seed, cut) = (some(u32::MAX), some(8) as usize);
         check_random(&steps, seed, (1 + cut % 2, cut), |block, arrays, ranges| {
-            let on = |target: &Target| Some((target.name(), on_machine(*target, block, arrays, ranges)?));
-            Target::ALL.iter().filter_map(on).collect()
+            let on = |target: &Target| {
+                let run = |(name, form)| Some((name, on_machine(*target, &form, arrays, ranges)?));
+                forms(block, *target).filter_map(run).collect::<Vec<_>>()
+            };
+            Target::ALL.iter().flat_map(on).collect()
         });
     }
 }
