@@ -19,7 +19,7 @@ pub enum Storage<L> {
 
 /// The part of a triple or matrix that a place names, by the values of its indices.
 #[derive(Clone, Copy, Debug)]
-pub enum Part<V> {
+pub enum Subscript<V> {
     /// All of it.
     Whole,
     /// A component of a triple.

@@ -127,7 +127,7 @@ pub struct ExrOptions<'a> {
     /// The method of compression.
     pub compression: ExrCompression,
     /// The larger image that the pixels are a part of; `None` if they are the whole image.
-    pub part: Option<Part>,
+    pub part: Option<DataWindow>,
     /// The program that made the image: the attribute `software`. It is to have ASCII characters only.
     pub software: Option<&'static str>,
     /// The command that made the image: the attribute [`COMMAND`]. Control characters become spaces.
@@ -148,7 +148,7 @@ const REC_709: Chromaticities = Chromaticities {
 
 /// A place in a larger image: the data window of a file whose display window is the larger image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct DataWindow {
     /// Column and row of the first pixel.
     pub first: (usize, usize),
     /// Columns and rows of the larger image.
@@ -328,8 +328,8 @@ fn header(
 }
 
 /// The header of a part of a larger image.
-fn placed(path: &Path, header: Header, size: (usize, usize), part: Part) -> Result<Header, ImageError> {
-    let Part { first, of } = part;
+fn placed(path: &Path, header: Header, size: (usize, usize), part: DataWindow) -> Result<Header, ImageError> {
+    let DataWindow { first, of } = part;
     check_size(path, of.0, of.1)?;
     let fits = |first: usize, n: usize, of: usize| first.checked_add(n).is_some_and(|end| end <= of);
     if !fits(first.0, size.0, of.0) || !fits(first.1, size.1, of.1) {

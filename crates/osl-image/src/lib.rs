@@ -52,8 +52,8 @@ pub use channels_out::{ChannelOptions, ImageFormat, Samples, channel_bytes, writ
 pub use environment::environment;
 pub use error::ImageError;
 pub use exr_out::{
-    COMMAND, ExrCompression, ExrOptions, Layer, LayerKind, Part, ROWS_TOGETHER, exr_file, exr_in_memory,
-    write_exr, write_exr_rows,
+    COMMAND, DataWindow, ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, exr_file,
+    exr_in_memory, write_exr, write_exr_rows,
 };
 pub use exr_zip::SampleType;
 pub use filter::{Interp, Sample};

@@ -3,7 +3,7 @@
 use super::flow::RETURNED;
 use super::{Lowerer, Storage, Val};
 use osl_hir::hir::{Init, Lvalue, Step};
-use osl_hir::storage::Part;
+use osl_hir::storage::Subscript;
 use osl_ir::ir::{Const, Kernel, Kind, LaneOp, SlotId, ValueId};
 use osl_ir::types::{Base, Type};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub(super) struct Spot {
     storage: Storage,
     element: Option<ValueId>,
-    part: Part<ValueId>,
+    part: Subscript<ValueId>,
     /// Name and type of the variable, if reads of it are checked.
     checked: Option<(Arc<str>, Type)>,
     /// The name at this place and its type, if the storage has another name now.
@@ -23,12 +23,12 @@ pub(super) struct Spot {
 impl Spot {
     /// Whether it is an element or component of a variable, rather than the variable itself.
     pub(super) fn is_part(&self) -> bool {
-        self.element.is_some() || !matches!(self.part, Part::Whole)
+        self.element.is_some() || !matches!(self.part, Subscript::Whole)
     }
 
     /// The whole of a storage.
     pub(super) fn whole(storage: Storage) -> Spot {
-        Spot { storage, element: None, part: Part::Whole, checked: None, told: None }
+        Spot { storage, element: None, part: Subscript::Whole, checked: None, told: None }
     }
 
     /// Its storage.
@@ -64,7 +64,7 @@ impl Lowerer<'_> {
                 }
                 Step::Component(index) => {
                     let index = self.value(index);
-                    spot.part = Part::Component(self.within(index, 3, &name));
+                    spot.part = Subscript::Component(self.within(index, 3, &name));
                 }
                 Step::Cell(row, column) => {
                     let row = self.value(row);
@@ -73,7 +73,7 @@ impl Lowerer<'_> {
                     let column_span = std::mem::replace(&mut self.b.span, row_span);
                     let row = self.within(row, 4, &name);
                     self.b.span = column_span;
-                    spot.part = Part::Cell(row, self.within(column, 4, &name));
+                    spot.part = Subscript::Cell(row, self.within(column, 4, &name));
                 }
             }
         }
@@ -109,9 +109,9 @@ impl Lowerer<'_> {
         }
         let whole = self.read_leaf(slot, spot.element);
         let value = match spot.part {
-            Part::Whole => whole,
-            Part::Component(index) => self.b.lane(LaneOp::Get, &[whole, index]),
-            Part::Cell(row, column) => self.b.lane(LaneOp::MGet, &[whole, row, column]),
+            Subscript::Whole => whole,
+            Subscript::Component(index) => self.b.lane(LaneOp::Get, &[whole, index]),
+            Subscript::Cell(row, column) => self.b.lane(LaneOp::MGet, &[whole, row, column]),
         };
         Val::One(self.checked(spot, slot, whole, value))
     }
@@ -119,18 +119,18 @@ impl Lowerer<'_> {
     /// The value that was read, checked if requested: an uninitialised value is zero from then on.
     fn checked(&mut self, spot: &Spot, slot: SlotId, whole: ValueId, value: ValueId) -> ValueId {
         let op = match (spot.part, spot.element) {
-            (Part::Component(_), _) => Some("compref"),
-            (Part::Cell(..), _) => Some("mxcompref"),
-            (Part::Whole, Some(_)) => Some("aref"),
-            (Part::Whole, None) => None,
+            (Subscript::Component(_), _) => Some("compref"),
+            (Subscript::Cell(..), _) => Some("mxcompref"),
+            (Subscript::Whole, Some(_)) => Some("aref"),
+            (Subscript::Whole, None) => None,
         };
         let mut found = value;
         if let Some((name, ty)) = spot.checked.as_ref().filter(|_| self.b.body.kind(value) != Kind::Closure) {
             found = self.check_set(name, *ty, value, op);
             let stored = match spot.part {
-                Part::Whole => found,
-                Part::Component(index) => self.b.lane(LaneOp::Set, &[whole, index, found]),
-                Part::Cell(row, column) => self.b.lane(LaneOp::MSet, &[whole, row, column, found]),
+                Subscript::Whole => found,
+                Subscript::Component(index) => self.b.lane(LaneOp::Set, &[whole, index, found]),
+                Subscript::Cell(row, column) => self.b.lane(LaneOp::MSet, &[whole, row, column, found]),
             };
             match spot.element {
                 Some(index) => self.b.store_element(slot, index, stored),
@@ -176,22 +176,22 @@ impl Lowerer<'_> {
         match (&spot.storage, value) {
             (Storage::Leaf(slot), Val::One(value)) => {
                 let op = match (spot.part, spot.element) {
-                    (Part::Component(_), _) => Some("compassign"),
-                    (Part::Cell(..), _) => Some("mxcompassign"),
-                    (Part::Whole, Some(_)) => Some("aassign"),
-                    (Part::Whole, None) => None,
+                    (Subscript::Component(_), _) => Some("compassign"),
+                    (Subscript::Cell(..), _) => Some("mxcompassign"),
+                    (Subscript::Whole, Some(_)) => Some("aassign"),
+                    (Subscript::Whole, None) => None,
                 };
                 if let Some(op) = op {
                     let name = self.b.body.slot(*slot).name.clone();
                     self.made(Some(name), value, op);
                 }
                 let value = match spot.part {
-                    Part::Whole => value,
-                    Part::Component(index) => {
+                    Subscript::Whole => value,
+                    Subscript::Component(index) => {
                         let old = self.read_leaf(*slot, spot.element);
                         self.b.lane(LaneOp::Set, &[old, index, value])
                     }
-                    Part::Cell(row, column) => {
+                    Subscript::Cell(row, column) => {
                         let old = self.read_leaf(*slot, spot.element);
                         self.b.lane(LaneOp::MSet, &[old, row, column, value])
                     }

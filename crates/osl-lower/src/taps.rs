@@ -1,6 +1,6 @@
 //! Taps: variables at a line of the source as outputs of the body.
 //!
-//! [`Wanted`] is a tap as a user writes it, `42:dist`. [`find`] looks in the resolved tree for the statement
+//! [`TapPath`] is a tap as a user writes it, `42:dist`. [`find`] looks in the resolved tree for the statement
 //! and the variable, and lowering copies the variable after the statement. A tap computes nothing, so the
 //! bits of other outputs do not change; without taps, lowering writes nothing.
 
@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// A tap as a user writes it: `[FILE:][CALL_LINE/]LINE:VARIABLE[.FIELD][[ELEMENT]][@ROUND]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wanted {
+pub struct TapPath {
     /// The end of the name of the file; `None` means the main file of the last shader.
     pub file: Option<String>,
     /// The lines of the calls that lead to the line, from the outermost. Other calls do not count.
@@ -28,25 +28,25 @@ pub struct Wanted {
     /// The variable.
     pub variable: String,
     /// Fields and elements of the variable.
-    pub path: Vec<Part>,
+    pub path: Vec<TapPart>,
     /// Which visit counts, from 1; `None` means the last.
     pub round: Option<u32>,
 }
 
 /// A part of a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum TapPart {
     /// A field of a struct.
     Field(String),
     /// An element of an array, or a component of a triple.
     Element(u32),
 }
 
-impl std::fmt::Display for Part {
+impl std::fmt::Display for TapPart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Part::Field(field) => write!(f, ".{field}"),
-            Part::Element(index) => write!(f, "[{index}]"),
+            TapPart::Field(field) => write!(f, ".{field}"),
+            TapPart::Element(index) => write!(f, "[{index}]"),
         }
     }
 }
@@ -54,12 +54,12 @@ impl std::fmt::Display for Part {
 /// The largest number of calls in a tap.
 const MAX_CALLS: usize = 64;
 
-impl Wanted {
+impl TapPath {
     /// Reads a tap.
     ///
     /// # Errors
     /// What is wrong, as text for the user.
-    pub fn parse(text: &str) -> Result<Wanted, String> {
+    pub fn parse(text: &str) -> Result<TapPath, String> {
         let wrong =
             || format!("a tap is LINE:VARIABLE, such as 42:dist, 42:dist@3 or 42:list[2].x, not `{text}`");
         let (place, variable) = text.rsplit_once(':').ok_or_else(wrong)?;
@@ -78,7 +78,7 @@ impl Wanted {
             None => (variable, None),
         };
         let (variable, path) = parts(variable.trim()).ok_or_else(wrong)?;
-        Ok(Wanted { file, calls, line, variable, path, round })
+        Ok(TapPath { file, calls, line, variable, path, round })
     }
 
     /// The variable with its fields and elements, as in the source.
@@ -99,8 +99,8 @@ impl Wanted {
         name += &format!("line{}.{}", self.line, self.variable);
         for part in &self.path {
             name += &match part {
-                Part::Field(field) => format!(".{field}"),
-                Part::Element(index) => format!(".{index}"),
+                TapPart::Field(field) => format!(".{field}"),
+                TapPart::Element(index) => format!(".{index}"),
             };
         }
         if let Some(round) = self.round {
@@ -115,8 +115,8 @@ impl Wanted {
     }
 }
 
-/// The text that [`Wanted::parse`] reads.
-impl std::fmt::Display for Wanted {
+/// The text that [`TapPath::parse`] reads.
+impl std::fmt::Display for TapPath {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.file.iter().try_for_each(|file| write!(f, "{file}:"))?;
         self.calls.iter().try_for_each(|line| write!(f, "{line}/"))?;
@@ -126,7 +126,7 @@ impl std::fmt::Display for Wanted {
 }
 
 /// The name of a variable and the path after it.
-fn parts(text: &str) -> Option<(String, Vec<Part>)> {
+fn parts(text: &str) -> Option<(String, Vec<TapPart>)> {
     let is_name = |text: &str| {
         !text.is_empty()
             && !text.starts_with(|c: char| c.is_ascii_digit())
@@ -138,7 +138,7 @@ fn parts(text: &str) -> Option<(String, Vec<Part>)> {
     while let Some(first) = rest.chars().next() {
         if first == '[' {
             let (index, after) = rest.get(1..)?.split_once(']')?;
-            path.push(Part::Element(index.trim().parse().ok()?));
+            path.push(TapPart::Element(index.trim().parse().ok()?));
             rest = after;
         } else {
             let after = rest.get(1..)?;
@@ -147,7 +147,7 @@ fn parts(text: &str) -> Option<(String, Vec<Part>)> {
             if first != '.' || !is_name(field) {
                 return None;
             }
-            path.push(Part::Field(field.to_string()));
+            path.push(TapPart::Field(field.to_string()));
             rest = after;
         }
     }
@@ -212,20 +212,20 @@ mod tests {
 
     #[test]
     fn taps_are_read_and_named() {
-        let name = |text: &str| Wanted::parse(text).map(|wanted| wanted.output());
+        let name = |text: &str| TapPath::parse(text).map(|wanted| wanted.output());
         assert_eq!(name("42:dist").unwrap(), "line42.dist");
         assert_eq!(name("42:dist@3").unwrap(), "line42.dist.round3");
         assert_eq!(name("57/42:a[2].x").unwrap(), "call57.line42.a.2.x");
         assert_eq!(name("lib/noise.h:7:n").unwrap(), "noise_h.line7.n");
-        assert_eq!(Wanted::parse("42:dist").unwrap().mask(), "line42.dist.reached");
+        assert_eq!(TapPath::parse("42:dist").unwrap().mask(), "line42.dist.reached");
         for text in ["42:dist", "42:dist@3", "57/42:a[2].x", "lib/noise.h:1/7:n"] {
-            assert_eq!(Wanted::parse(text).unwrap().to_string(), text);
+            assert_eq!(TapPath::parse(text).unwrap().to_string(), text);
         }
         for wrong in [
             "", "dist", "0:a", "a:b", "1:", "1:2", "1:a[", "1:a.", "1:a@0", "1:a@x", "1:a-b", "/1:a",
             "1:a[-1]",
         ] {
-            assert!(Wanted::parse(wrong).is_err(), "{wrong}");
+            assert!(TapPath::parse(wrong).is_err(), "{wrong}");
         }
     }
 }

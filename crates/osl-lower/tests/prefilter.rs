@@ -80,7 +80,7 @@ fn places_that_are_left_alone_stay_as_they_are() {
     let options = Options::default();
     let places = passes::prefilter_places(body.clone(), &options);
     assert!(places.len() >= 3, "{}", places.len());
-    let with = |left: Vec<passes::Place>| {
+    let with = |left: Vec<passes::FilterSite>| {
         let mut body = body.clone();
         let prefilter = Some(Prefilter { scale: 1.0, left });
         passes::run(&mut body, &Options { prefilter, ..options.clone() });

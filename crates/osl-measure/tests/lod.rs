@@ -14,7 +14,7 @@ use osl::stages::{self, Compiled};
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_ir::passes;
 use osl_limits::Cancel;
-use osl_measure::lod::{self, Given, Report, Request, Stop};
+use osl_measure::lod::{self, GivenParam, Report, Request, Stop};
 use osl_measure::sample::{Check, Filter, Pattern, Shading, check, oracle, reaches};
 use osl_measure::stability::fix::Built;
 use osl_scene::Grid;
@@ -56,7 +56,12 @@ fn grid() -> Grid {
     Grid::new(128, 128)
 }
 
-fn find_in(text: &str, given: &[Given], params: &[(String, String)], samples: u32) -> Result<Report, Stop> {
+fn find_in(
+    text: &str,
+    given: &[GivenParam],
+    params: &[(String, String)],
+    samples: u32,
+) -> Result<Report, Stop> {
     let check = |text: &str| stages::check("s.osl", text, &NoFiles, &Options::default());
     let build = |text: &str, _: bool| {
         let checked = check(text);

@@ -10,7 +10,7 @@
 
 use osl::stages;
 use osl_exec::{PointSource, RunOptions, Services};
-use osl_ir::passes::{self, Place, Prefilter};
+use osl_ir::passes::{self, FilterSite, Prefilter};
 use osl_measure::sample::{Filter, Filtered, Guard, Pattern, Shading, Surface, filtered};
 use osl_scene::{Crop, Grid};
 use osl_syntax::{NoFiles, Options};
@@ -129,7 +129,7 @@ fn decided(text: &str, side: usize) -> Filtered {
     let varying = grid.varying().to_vec();
     let options = passes::Options { varying, derivs: Vec::new(), ..passes::Options::default() };
     let plain = stages::finish(body.clone(), &options).program;
-    let compile = |left: &[Place]| {
+    let compile = |left: &[FilterSite]| {
         let prefilter = Some(Prefilter { scale: 1.0, left: left.to_vec() });
         stages::finish(body.clone(), &passes::Options { prefilter, ..options.clone() }).program
     };

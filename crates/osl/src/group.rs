@@ -11,7 +11,7 @@ use osl_ir::types::Base;
 use osl_limits::Limits;
 use osl_lower::group::{self, Layer};
 use osl_lower::params::{self, ParamValues};
-use osl_lower::taps::{self, Tap, Wanted};
+use osl_lower::taps::{self, Tap, TapPath};
 use osl_lower::{Last, Requests};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
@@ -254,7 +254,7 @@ fn make_live(group: &mut group::Group, name: &str) -> Result<Live, String> {
 
 /// A tap, in the last layer or in that which has its file.
 fn tap(group: &group::Group, sources: &SourceMap, text: &str) -> Result<Tap, String> {
-    let wanted = Wanted::parse(text)?;
+    let wanted = TapPath::parse(text)?;
     let layers: Vec<_> = group.layers().iter().map(|layer| (&*layer.program, layer.base)).collect();
     let found = taps::find_in(&wanted, &layers, sources);
     found.map_err(|why| format!("tap `{text}`: {why}"))

@@ -6,7 +6,7 @@ use osl::stages;
 use osl_exec::{Frame, PointSource, RunOptions};
 use osl_ir::ir::Kind;
 use osl_ir::passes;
-use osl_lower::taps::{self, Tap, Wanted};
+use osl_lower::taps::{self, Tap, TapPath};
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 use std::collections::BTreeMap;
@@ -38,13 +38,13 @@ pub fn taps_hold(text: &str) -> Result<Option<usize>, String> {
             is_one_statement(source) && name != "return" && !written.open.contains(&(*line, base))
         })
         .collect();
-    let mut wanted: Vec<(Wanted, &(u32, String))> = Vec::new();
+    let mut wanted: Vec<(TapPath, &(u32, String))> = Vec::new();
     for key in alone {
         for round in ["", "@2"] {
-            wanted.push((Wanted::parse(&format!("{}:{}{round}", key.0, key.1))?, key));
+            wanted.push((TapPath::parse(&format!("{}:{}{round}", key.0, key.1))?, key));
         }
     }
-    let find = |wanted: &Wanted| {
+    let find = |wanted: &TapPath| {
         taps::find(wanted, program, (&checked.sources, 0), 0)
             .map_err(|why| format!("{wanted:?}: {why}\n{text}"))
     };

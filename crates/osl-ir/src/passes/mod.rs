@@ -20,7 +20,7 @@ mod share;
 mod ssa;
 mod unroll;
 
-pub use prefilter::{Place, Prefilter};
+pub use prefilter::{FilterSite, Prefilter};
 pub use primaries::set_primaries;
 
 use crate::global::Global;
@@ -187,7 +187,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
 }
 
 /// The places of a lowered program that `prefilter` can widen, in the order of the program.
-pub fn prefilter_places(mut body: Body, options: &Options) -> Vec<Place> {
+pub fn prefilter_places(mut body: Body, options: &Options) -> Vec<FilterSite> {
     body.assumptions.arithmetic = options.arithmetic;
     if !options.traces {
         body.assumptions.traces = false;
@@ -304,7 +304,7 @@ fn differentiate(body: &mut Body, run: &mut Run<'_>) {
 }
 
 /// Writes the means of steps. Unneeded code has no places.
-fn widen(body: &mut Body, wanted: &Prefilter, run: &Run<'_>) -> Vec<Place> {
+fn widen(body: &mut Body, wanted: &Prefilter, run: &Run<'_>) -> Vec<FilterSite> {
     if !run.is_off(Pass::Dce) {
         dce::run(body);
     }

@@ -30,7 +30,7 @@ pub struct Prefilter {
     /// The factor on the footprint of a pixel.
     pub scale: f32,
     /// The places that stay as they are.
-    pub left: Vec<Place>,
+    pub left: Vec<FilterSite>,
 }
 
 impl Prefilter {
@@ -43,7 +43,7 @@ impl Prefilter {
 /// An operation that can be widened. The same program with the same options, except for this pass, has the
 /// same places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct FilterSite {
     /// Its first result.
     result: ValueId,
     /// The source location.
@@ -51,7 +51,7 @@ pub struct Place {
 }
 
 /// Runs the pass before derivatives are written. Returns the places that it met, in the order of the program.
-pub(super) fn run(body: &mut Body, wanted: &Prefilter) -> Vec<Place> {
+pub(super) fn run(body: &mut Body, wanted: &Prefilter) -> Vec<FilterSite> {
     let gentle = gentle::find(body);
     let mut writer = Writer {
         code: Code::new(body),
@@ -84,7 +84,7 @@ struct Writer<'a> {
     scale: f32,
     /// Results of the places that are left alone.
     left: FxHashSet<ValueId>,
-    places: Vec<Place>,
+    places: Vec<FilterSite>,
     /// For truth values, the share of the footprint in which they are true.
     shares: FxHashMap<ValueId, ValueId>,
     /// Int constants that are 0 or 1.
@@ -155,7 +155,7 @@ impl Writer<'_> {
 
     /// Notes a place. Returns whether it is widened.
     fn takes(&mut self, result: ValueId, span: Span) -> bool {
-        self.places.push(Place { result, span });
+        self.places.push(FilterSite { result, span });
         !self.left.contains(&result)
     }
 

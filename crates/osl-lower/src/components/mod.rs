@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// A closure known to a renderer.
 #[derive(Clone, Copy, Debug)]
-pub struct Known {
+pub struct RendererClosure {
     /// Its name.
     pub name: &'static str,
     /// Its parameters: the kind and the number of values of each.
@@ -120,7 +120,7 @@ fn suits(keyword: &(&str, Kind, u32), (key, kind, values): &(Arc<str>, Kind, &[V
 }
 
 /// The problems that a renderer finds with the components of a body, in the order of the calls; each once.
-pub fn problems(body: &Body, known: &[Known]) -> Vec<Problem> {
+pub fn problems(body: &Body, known: &[RendererClosure]) -> Vec<Problem> {
     let texts = texts(body);
     let mut found = Vec::new();
     let mut seen = FxHashSet::default();
@@ -142,7 +142,7 @@ pub fn problems(body: &Body, known: &[Known]) -> Vec<Problem> {
 
 /// Gives the components known to a renderer their registered form: the parameters, then the keywords in
 /// order, each with its last value of a suitable kind, or zero. Runs before the passes.
-pub fn fit(body: &mut Body, known: &[Known]) {
+pub fn fit(body: &mut Body, known: &[RendererClosure]) {
     let texts = texts(body);
     for at in 0..body.blocks.len() {
         let Some(block) = body.blocks.get_mut(at) else { continue };
@@ -176,7 +176,7 @@ struct Fitted<'b> {
 }
 
 impl Fitted<'_> {
-    fn closure(&mut self, closure: &Known, items: &[Item], texts: &FxHashMap<ValueId, Arc<str>>) {
+    fn closure(&mut self, closure: &RendererClosure, items: &[Item], texts: &FxHashMap<ValueId, Arc<str>>) {
         for (at, (kind, count)) in closure.params.iter().enumerate() {
             match items.get(at) {
                 Some(Item::Key(key)) if (*kind, *count) == (Kind::Str, 1) => {

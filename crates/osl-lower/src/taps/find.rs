@@ -4,7 +4,7 @@
 //! line of a loop's head means the state after the loop. With a round, it is the innermost statement, or the
 //! rounds of the loop.
 
-use super::{Part, Site, Tap, Tapped, Wanted};
+use super::{Site, Tap, TapPart, TapPath, Tapped};
 use crate::flow;
 use osl_hir::hir::{Program, Stmt, StmtKind, Var, VarId, VarKind};
 use osl_ir::types::{Base, Extent, Type};
@@ -179,7 +179,7 @@ pub fn lines(program: &Program, sources: &SourceMap, base: u32, file: &str) -> V
 ///
 /// # Errors
 /// There is no such file, line, variable or part.
-pub fn find_in(wanted: &Wanted, layers: &[(&Program, u32)], sources: &SourceMap) -> Result<Tap, TapError> {
+pub fn find_in(wanted: &TapPath, layers: &[(&Program, u32)], sources: &SourceMap) -> Result<Tap, TapError> {
     let mut found = Err(TapError::File(wanted.file.clone().unwrap_or_default()));
     for (layer, (program, base)) in layers.iter().enumerate().rev() {
         found = find(wanted, program, (sources, *base), layer);
@@ -195,7 +195,7 @@ pub fn find_in(wanted: &Wanted, layers: &[(&Program, u32)], sources: &SourceMap)
 /// # Errors
 /// There is no such line, variable or part.
 pub fn find(
-    wanted: &Wanted,
+    wanted: &TapPath,
     program: &Program,
     (sources, base): (&SourceMap, u32),
     layer: usize,
@@ -236,7 +236,7 @@ pub fn find(
     Ok(tap)
 }
 
-fn statement<'p>(wanted: &Wanted, program: &'p Program, lines: Vec<(u32, u32)>) -> Option<FoundStmt<'p>> {
+fn statement<'p>(wanted: &TapPath, program: &'p Program, lines: Vec<(u32, u32)>) -> Option<FoundStmt<'p>> {
     let mut walk = Walk { lines, innermost: wanted.round.is_some(), scope: Vec::new(), found: None };
     for function in &program.functions {
         walk.scope.clone_from(&function.formals);
@@ -247,7 +247,7 @@ fn statement<'p>(wanted: &Wanted, program: &'p Program, lines: Vec<(u32, u32)>) 
     walk.found
 }
 
-fn no_line(wanted: &Wanted, lines: &[u32]) -> TapError {
+fn no_line(wanted: &TapPath, lines: &[u32]) -> TapError {
     let line = wanted.line;
     let (before, after) = (lines.iter().rev().find(|l| **l < line), lines.iter().find(|l| **l > line));
     let near = match (before, after) {
@@ -258,7 +258,7 @@ fn no_line(wanted: &Wanted, lines: &[u32]) -> TapError {
     TapError::Line { line, near }
 }
 
-fn variable(wanted: &Wanted, program: &Program, found: &FoundStmt<'_>) -> Result<(Tapped, Type), TapError> {
+fn variable(wanted: &TapPath, program: &Program, found: &FoundStmt<'_>) -> Result<(Tapped, Type), TapError> {
     let name = wanted.variable.as_str();
     if name == "return"
         && let StmtKind::Return(Some(_)) = &found.stmt.kind
@@ -306,18 +306,18 @@ fn holds(list: &[Stmt], wanted: &Stmt) -> bool {
 }
 
 /// Follows the path from the variable to its part.
-fn follow(wanted: &Wanted, program: &Program, tap: &mut Tap) -> Result<(), TapError> {
+fn follow(wanted: &TapPath, program: &Program, tap: &mut Tap) -> Result<(), TapError> {
     let name = &wanted.variable;
     for part in &wanted.path {
         match part {
-            Part::Field(field) => {
+            TapPart::Field(field) => {
                 let none = || TapError::Part(name.clone(), format!("`{field}`"));
                 let (at, found) =
                     tap.ty.as_struct().and_then(|id| program.structs.field(id, field)).ok_or_else(none)?;
                 tap.fields.push(at);
                 tap.ty = found.ty;
             }
-            Part::Element(index) => {
+            TapPart::Element(index) => {
                 let none = || TapError::Part(name.clone(), format!("[{index}]"));
                 let fits = |len: u32| *index < len;
                 match tap.ty.extent {

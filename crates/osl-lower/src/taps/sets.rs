@@ -4,7 +4,7 @@
 //! A variable is listed only if a tap of its name at its line finds it: one that an inner variable hides is
 //! not. This module must not know how taps are written or shown.
 
-use super::{Part, Site, Tap, Tapped, Wanted, find};
+use super::{Site, Tap, TapPart, TapPath, Tapped, find};
 use osl_hir::hir::{
     Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Step, Stmt, StmtKind, VarId, VarKind,
 };
@@ -17,7 +17,7 @@ use rustc_hash::FxHashMap;
 #[derive(Clone, Debug)]
 pub struct Set {
     /// The line, the variable and its part, as a user writes them: the last value.
-    pub wanted: Wanted,
+    pub wanted: TapPath,
     /// The tap.
     pub tap: Tap,
     /// If the line is inside of a loop, the taps of its first visits.
@@ -97,11 +97,11 @@ pub fn doings(program: &Program, (sources, base): (&SourceMap, u32), layer: usiz
         done.branches.retain(|branch| branch.line < line);
         done.loops.retain(|rounds| rounds.line < line);
     }
-    let found = |wanted: &Wanted| find(wanted, program, (sources, base), layer).ok();
+    let found = |wanted: &TapPath| find(wanted, program, (sources, base), layer).ok();
     for SetVariable { var, wanted, in_loop } in places {
         if let Some(tap) = found(&wanted).filter(|tap| tap.var == Tapped::Var(var)) {
             let rounds = (1..=if in_loop { most.rounds } else { 0 })
-                .filter_map(|round| found(&Wanted { round: Some(round), ..wanted.clone() }))
+                .filter_map(|round| found(&TapPath { round: Some(round), ..wanted.clone() }))
                 .filter(|tap| tap.var == Tapped::Var(var))
                 .collect();
             done.sets.push(Set { wanted, tap, rounds });
@@ -150,7 +150,7 @@ fn walk<'p>(program: &'p Program, (sources, base): (&'p SourceMap, u32), layer: 
 /// A variable, or a part of one, that a line sets.
 struct SetVariable {
     var: VarId,
-    wanted: Wanted,
+    wanted: TapPath,
     in_loop: bool,
 }
 
@@ -243,11 +243,11 @@ impl Walk<'_> {
     }
 
     /// Adds the parts of a variable that have a picture.
-    fn set(&mut self, var: VarId, path: Vec<Part>, ty: Type, depth: usize) {
+    fn set(&mut self, var: VarId, path: Vec<TapPart>, ty: Type, depth: usize) {
         if self.line == 0 || depth > DEPTH {
             return;
         }
-        let with = |part: Part| {
+        let with = |part: TapPart| {
             let mut path = path.clone();
             path.push(part);
             path
@@ -255,13 +255,13 @@ impl Walk<'_> {
         match (ty.extent, ty.base) {
             (Extent::Array(len), _) => {
                 for index in 0..len.min(ELEMENTS) {
-                    self.set(var, with(Part::Element(index)), ty.element(), depth + 1);
+                    self.set(var, with(TapPart::Element(index)), ty.element(), depth + 1);
                 }
             }
             (Extent::Unsized, _) => {}
             (Extent::One, Base::Struct(id)) => {
                 for field in &self.program.structs.get(id).fields {
-                    self.set(var, with(Part::Field(field.name.to_string())), field.ty, depth + 1);
+                    self.set(var, with(TapPart::Field(field.name.to_string())), field.ty, depth + 1);
                 }
             }
             (Extent::One, Base::Int | Base::Float) => self.add(var, path),
@@ -270,10 +270,10 @@ impl Walk<'_> {
         }
     }
 
-    fn add(&mut self, var: VarId, path: Vec<Part>) {
+    fn add(&mut self, var: VarId, path: Vec<TapPart>) {
         let Some(known) = self.program.vars.get(var.0 as usize) else { return };
         let (line, variable) = (self.line, known.name.to_string());
-        let wanted = Wanted { file: None, calls: Vec::new(), line, variable, path, round: None };
+        let wanted = TapPath { file: None, calls: Vec::new(), line, variable, path, round: None };
         let in_loop = self.loops > 0;
         let at = *self.known.entry((var.0, wanted.output())).or_insert(self.places.len());
         match self.places.get_mut(at) {
@@ -293,14 +293,14 @@ impl Walk<'_> {
                         .as_struct()
                         .and_then(|id| self.program.structs.get(id).fields.get(*index as usize));
                     let Some(field) = field else { return };
-                    path.push(Part::Field(field.name.to_string()));
+                    path.push(TapPart::Field(field.name.to_string()));
                     ty = field.ty;
                 }
                 Step::Element(index) if ty.is_array() => {
                     // Which element it is may differ from point to point.
                     let ExprKind::Int(at) = index.kind else { break };
                     let Ok(at) = u32::try_from(at) else { return };
-                    path.push(Part::Element(at));
+                    path.push(TapPart::Element(at));
                     ty = ty.element();
                 }
                 // A component belongs to its triple.

@@ -27,11 +27,11 @@ pub(super) struct Calls<'a> {
     pub(super) points: &'a dyn PointSource,
     pub(super) limits: &'a Limits,
     /// The first call with known arguments of each instruction.
-    known: Mutex<FxHashMap<ValueId, Known>>,
+    known: Mutex<FxHashMap<ValueId, KnownCall>>,
 }
 
 /// The arguments of a call, and its results.
-type Known = (Vec<Const>, Vec<Const>);
+type KnownCall = (Vec<Const>, Vec<Const>);
 
 impl<'a> Calls<'a> {
     pub(super) fn new(

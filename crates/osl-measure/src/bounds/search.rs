@@ -9,7 +9,7 @@ use super::calls::Calls;
 use super::defs::Defs;
 use super::domain::{Domain, Tile};
 use super::paths::Paths;
-use super::sites::{Place, Sites, Watched, What};
+use super::sites::{ProofSite, Sites, Watched, What};
 use super::state::{Program, Walk};
 use super::walk::apart;
 use super::{Claim, Output, Report, Verdict};
@@ -51,14 +51,14 @@ struct Walked {
     tile: Tile,
     /// The components of the outputs.
     numbers: Vec<Interval>,
-    seen: BTreeMap<Place, super::sites::Seen>,
+    seen: BTreeMap<ProofSite, super::sites::Seen>,
 }
 
 /// What was found at computed points.
 #[derive(Default)]
 struct Reached {
     numbers: Vec<Interval>,
-    wrong: BTreeMap<Place, Vec<f32>>,
+    wrong: BTreeMap<ProofSite, Vec<f32>>,
     points: usize,
 }
 
@@ -142,7 +142,7 @@ impl Walked {
     fn score(&self, reached: &Reached) -> f64 {
         let by_numbers = self.numbers.iter().zip(&reached.numbers).map(|(x, known)| excess(*x, *known));
         let most = by_numbers.fold(0.0, f64::max);
-        let is_open = |(place, seen): (&Place, &super::sites::Seen)| {
+        let is_open = |(place, seen): (&ProofSite, &super::sites::Seen)| {
             !seen.is_safe && !reached.wrong.contains_key(place)
         };
         if self.seen.iter().any(is_open) { most.max(0.5) } else { most }
@@ -274,12 +274,12 @@ fn report(
             }
         };
     let outputs = names.iter().zip(bounds.iter().zip(&reached.numbers)).map(output).collect();
-    let mut places: BTreeMap<Place, (bool, Interval)> = BTreeMap::new();
+    let mut places: BTreeMap<ProofSite, (bool, Interval)> = BTreeMap::new();
     for (place, seen) in tiles.iter().flat_map(|tile| &tile.seen) {
         let known = places.entry(place.clone()).or_insert((true, Interval::NONE));
         *known = (known.0 && seen.is_safe, known.1.hull(seen.values));
     }
-    let claim = |((span, what), (is_safe, values)): (Place, (bool, Interval))| {
+    let claim = |((span, what), (is_safe, values)): (ProofSite, (bool, Interval))| {
         let at = reached.wrong.get(&(span, what.clone())).cloned();
         Some(Claim {
             kind: what.kind(),

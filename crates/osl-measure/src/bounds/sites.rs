@@ -112,13 +112,13 @@ pub(super) struct Seen {
 }
 
 /// A place of the source, and what is to be proved there.
-pub(super) type Place = (Span, What);
+pub(super) type ProofSite = (Span, What);
 
 /// What one walk sees.
 #[derive(Debug)]
 pub(super) struct Sites {
     watched: Arc<Watched>,
-    pub(super) seen: BTreeMap<Place, Seen>,
+    pub(super) seen: BTreeMap<ProofSite, Seen>,
     /// The number of open branches: code there may not be reached.
     pub(super) open: usize,
 }

@@ -21,21 +21,21 @@ struct Options {
     /// Wraps and first channel. A wrap that is not known counts as black, which only adds 0.
     lookup: LookupOptions,
     /// The number of the image in the file, or its name.
-    part: Part,
+    part: OwnedSubImage,
     /// The value of channels that the file does not have.
     fill: Option<Interval>,
     /// The channels in place of a missing file.
     missing: Option<[Option<Interval>; 4]>,
 }
 
-enum Part {
+enum OwnedSubImage {
     Index(usize),
     Name(Arc<str>),
 }
 
-impl Default for Part {
-    fn default() -> Part {
-        Part::Index(0)
+impl Default for OwnedSubImage {
+    fn default() -> OwnedSubImage {
+        OwnedSubImage::Index(0)
     }
 }
 
@@ -58,7 +58,7 @@ pub(super) fn lookup(
     let options = Options::of(options, given.get(before..)?, channels)?;
     let place: Vec<Interval> =
         given.get(1..before)?.iter().flat_map(|arg| arg.numbers().iter().copied()).collect();
-    let mut found = Found::default();
+    let mut found = LookupRange::default();
     let is_finite = place.iter().all(|x| !x.may_be_nan() && !x.has_infinity());
     match kernel {
         Kernel::Volume { .. } => found.fails = true,
@@ -111,7 +111,7 @@ fn squares(s: &Interval, t: &Interval) -> Option<Vec<(f32, f32)>> {
 }
 
 /// What lookups in some files give.
-struct Found {
+struct LookupRange {
     channels: [Interval; 4],
     /// Whether there is a file.
     succeeds: bool,
@@ -119,13 +119,13 @@ struct Found {
     fails: bool,
 }
 
-impl Default for Found {
-    fn default() -> Found {
-        Found { channels: [Interval::NONE; 4], succeeds: false, fails: false }
+impl Default for LookupRange {
+    fn default() -> LookupRange {
+        LookupRange { channels: [Interval::NONE; 4], succeeds: false, fails: false }
     }
 }
 
-impl Found {
+impl LookupRange {
     /// Adds the values of the file with a name at a point.
     fn add(
         &mut self,
@@ -136,8 +136,8 @@ impl Found {
         (channels, is_directional): (usize, bool),
     ) {
         let part = match &options.part {
-            Part::Index(index) => SubImage::Index(*index),
-            Part::Name(name) => SubImage::Name(name),
+            OwnedSubImage::Index(index) => SubImage::Index(*index),
+            OwnedSubImage::Name(name) => SubImage::Name(name),
         };
         let Ok(texture) = services.textures.tile(name, part, s, t).0 else {
             self.fails = true;
@@ -187,9 +187,9 @@ impl Options {
                     let missing = found.missing.get_or_insert_default();
                     missing[if channels == 1 { 1 } else { 3 }] = Some(number()?);
                 }
-                TextureOption::SubImage => found.part = Part::Index(whole()?),
+                TextureOption::SubImage => found.part = OwnedSubImage::Index(whole()?),
                 TextureOption::SubImageName => match value {
-                    Enclosure::Str(Some(name)) => found.part = Part::Name(name.clone()),
+                    Enclosure::Str(Some(name)) => found.part = OwnedSubImage::Name(name.clone()),
                     _ => return None,
                 },
             }

@@ -28,13 +28,13 @@ pub struct Slope {
     /// The variables and globals from which the value is made directly, with the line that set them.
     pub through: Vec<(String, Option<u32>)>,
     /// What is known about the value besides.
-    pub made: Made,
+    pub made: ValueOrigin,
 }
 
 /// How a value is made, as far as it explains that its derivative is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Made {
+pub enum ValueOrigin {
     /// From constants alone, on the way that the point took.
     Constant,
     /// With a derivative, which in the language has no derivative itself.
@@ -47,7 +47,7 @@ pub enum Made {
 const MAX_NODES: usize = 2_000;
 
 /// Where a variable was set: the line, the name, and in which call.
-type Place = (u32, String);
+type SetAt = (u32, String);
 
 /// Adds the changes to the values of an explanation. `plain` is its trace, and `sloped` that of the body
 /// whose notes have derivatives.
@@ -74,7 +74,7 @@ pub fn derivatives(
     }
     // The same walk over the first trace, with the calls that it enters.
     let mut found: FxHashMap<(usize, u32, String), Vec<Slope>> = FxHashMap::default();
-    let mut known: FxHashMap<NodeId, Place> = FxHashMap::default();
+    let mut known: FxHashMap<NodeId, SetAt> = FxHashMap::default();
     let (mut stack, mut calls) = (vec![0_usize], 0);
     times.clear();
     for node in &plain.nodes {
@@ -152,9 +152,9 @@ fn along(inverse: &[[f64; 2]; 2], dx: &[f64], dy: &[f64]) -> (Vec<f64>, Vec<f64>
 fn through(
     value: NodeId,
     trace: &Trace,
-    known: &FxHashMap<NodeId, Place>,
-) -> (Vec<(String, Option<u32>)>, Made) {
-    let mut made = Made::Constant;
+    known: &FxHashMap<NodeId, SetAt>,
+) -> (Vec<(String, Option<u32>)>, ValueOrigin) {
+    let mut made = ValueOrigin::Constant;
     let mut found = BTreeSet::new();
     let mut seen = BTreeSet::new();
     let mut open = vec![value];
@@ -166,19 +166,19 @@ fn through(
         match (&node.what, known.get(&id)) {
             (Kind::Global(global), _) => drop(found.insert((global.name().to_string(), None))),
             (Kind::Const, _) => {}
-            (Kind::GlobalDeriv(..), _) => made = Made::Derivative,
+            (Kind::GlobalDeriv(..), _) => made = ValueOrigin::Derivative,
             (_, Some((line, name))) => drop(found.insert((name.clone(), Some(*line)))),
             (kind, None) => {
                 let is_plain = matches!(kind, Kind::Lane(_) | Kind::Element | Kind::Meet);
-                if !is_plain && made == Made::Constant {
-                    made = Made::Other;
+                if !is_plain && made == ValueOrigin::Constant {
+                    made = ValueOrigin::Other;
                 }
                 open.extend(&node.args);
             }
         }
     }
-    if made == Made::Constant && !found.is_empty() {
-        made = Made::Other;
+    if made == ValueOrigin::Constant && !found.is_empty() {
+        made = ValueOrigin::Other;
     }
     (found.into_iter().collect(), made)
 }

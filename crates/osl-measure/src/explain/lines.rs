@@ -1,7 +1,7 @@
 //! From a trace to facts about each line.
 
 use super::reasons::Reasons;
-use super::sites::{Made, Site};
+use super::sites::{FoldedResult, Site};
 use super::source::{At, line_at, snippet, text_of};
 use super::{Applied, Called, Compiled, Explanation, Fact, Line, Shown, State, Subject, Triple, What};
 use crate::trace::{Node, NodeId, Trace, What as Kind};
@@ -268,7 +268,7 @@ impl Reader<'_> {
         let node = self.trace.node(cond);
         let truth = is_true(node);
         let flip = node.exact.as_ref().is_some_and(|e| e.truth() != truth);
-        let is_known = matches!(self.subject.passed.made.get(&number), Some(Made::Constant(_)));
+        let is_known = matches!(self.subject.passed.made.get(&number), Some(FoldedResult::Constant(_)));
         let condition = snippet(span, self.sources);
         let new =
             || What::Branch { test: test.into(), condition, taken: Vec::new(), flips: 0, known: is_known };
@@ -317,8 +317,8 @@ impl Reader<'_> {
     fn compiled(&self, number: u32, needed: bool) -> Compiled {
         match self.subject.passed.made.get(&number) {
             _ if !needed => Compiled::NotNeeded,
-            Some(Made::Constant(_)) => Compiled::Constant,
-            Some(Made::Same(span)) => {
+            Some(FoldedResult::Constant(_)) => Compiled::Constant,
+            Some(FoldedResult::Same(span)) => {
                 line_at(*span, self.sources).map_or(Compiled::Kept, |(_, line)| Compiled::SameAsLine(line))
             }
             None => Compiled::Kept,

@@ -18,9 +18,9 @@ pub mod text;
 mod value;
 
 pub use cost::{Cost, cost, table};
-pub use derivatives::{Made, Slope, derivatives};
+pub use derivatives::{Slope, ValueOrigin, derivatives};
 pub use lines::explain;
-pub use narrow::Part;
+pub use narrow::Selection;
 pub(crate) use show::{percent, short};
 pub(crate) use value::json_of;
 pub use value::{Shown, digits};

@@ -4,7 +4,7 @@ use super::{Explanation, Fact, Line, State, What};
 
 /// Which part of an explanation to keep; without entries, all.
 #[derive(Clone, Debug, Default)]
-pub struct Part {
+pub struct Selection {
     /// Variables.
     pub variables: Vec<String>,
     /// Numbers of lines.
@@ -20,7 +20,7 @@ impl Explanation {
     ///
     /// # Errors
     /// A variable, a line or a call that the explanation does not have, as text.
-    pub fn narrow(&mut self, part: &Part) -> Result<(), String> {
+    pub fn narrow(&mut self, part: &Selection) -> Result<(), String> {
         if let Some(call) = part.call.filter(|call| *call > self.calls.len()) {
             let most = self.calls.len();
             return Err(format!(
@@ -39,7 +39,7 @@ impl Explanation {
         self.variables_only(&part.variables)
     }
 
-    fn calls_only(&mut self, part: &Part) {
+    fn calls_only(&mut self, part: &Selection) {
         let depths: Vec<usize> = std::iter::once(0).chain(self.calls.iter().map(|c| c.depth)).collect();
         let keeps = |call: usize| {
             part.call.is_none_or(|only| call == only)

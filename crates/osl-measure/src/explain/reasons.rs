@@ -1,7 +1,7 @@
 //! Why a line does not run, or is not needed, in words.
 
 use super::Subject;
-use super::sites::{Gate, Made, Site};
+use super::sites::{FoldedResult, Gate, Site};
 use super::source::{line_at, snippet};
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;
@@ -57,7 +57,8 @@ impl Reasons<'_> {
                         // The point came this far, and then left.
                         break;
                     }
-                    let known = matches!(self.subject.passed.made.get(&test), Some(Made::Constant(_)));
+                    let known =
+                        matches!(self.subject.passed.made.get(&test), Some(FoldedResult::Constant(_)));
                     let span = self.subject.sites.by_number.get(&test)?.span;
                     return Some(self.condition(span, !wanted, known && gone));
                 }

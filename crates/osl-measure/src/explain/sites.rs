@@ -125,7 +125,7 @@ fn round_in(body: &Body, id: BlockId) -> Option<u32> {
 
 /// What the compiler makes of an assignment or a condition.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Made {
+pub(super) enum FoldedResult {
     /// The value is known when the shader is compiled.
     Constant(Const),
     /// The value is computed on another line, which has the same computation.
@@ -135,7 +135,7 @@ pub(super) enum Made {
 /// What the passes make of the notes of a body.
 pub(super) struct Passed {
     /// Values that are not computed where they are set, and conditions that are known.
-    pub(super) made: FxHashMap<u32, Made>,
+    pub(super) made: FxHashMap<u32, FoldedResult>,
     /// Sites that the passes removed.
     pub(super) gone: Vec<u32>,
 }
@@ -145,7 +145,9 @@ impl Passed {
     pub(super) fn known(&self, sites: &Sites) -> FxHashMap<ValueId, bool> {
         let truth = |(number, site): (&u32, &Site)| match (&site.note, self.made.get(number), &site.args[..])
         {
-            (Note::Branch(Test::If), Some(Made::Constant(Const::Int(n))), [cond]) => Some((*cond, *n != 0)),
+            (Note::Branch(Test::If), Some(FoldedResult::Constant(Const::Int(n))), [cond]) => {
+                Some((*cond, *n != 0))
+            }
             _ => None,
         };
         sites.by_number.iter().filter_map(truth).collect()
@@ -170,16 +172,16 @@ pub(super) fn passed(noted: &Body, sites: &Sites, options: &passes::Options, sou
         let is_test = matches!(sites.by_number.get(site).map(|s| &s.note), Some(Note::Branch(_)));
         match (before.get(site), now) {
             (Some(Source::Const(_)), Source::Const(value)) if is_test => {
-                made.insert(*site, Made::Constant(value.clone()));
+                made.insert(*site, FoldedResult::Constant(value.clone()));
             }
             (Some(Source::Const(_)), _) => {}
             (_, Source::Const(value)) => {
-                made.insert(*site, Made::Constant(value.clone()));
+                made.insert(*site, FoldedResult::Constant(value.clone()));
             }
             (Some(Source::Computed(was)), Source::Computed(is)) => {
                 let here = sites.by_number.get(site).and_then(|s| line(s.span));
                 if here.is_some() && line(*was) == here && line(*is).is_some() && line(*is) != here {
-                    made.insert(*site, Made::Same(*is));
+                    made.insert(*site, FoldedResult::Same(*is));
                 }
             }
             _ => {}

@@ -1,6 +1,6 @@
 //! An explanation as text.
 
-use super::{Called, Compiled, Explanation, Fact, Line, Made, Shown, State, Test, Triple, What};
+use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Test, Triple, ValueOrigin, What};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -227,9 +227,9 @@ impl Writer<'_> {
             let call = if several { format!(" (call {})", fact.call) } else { String::new() };
             if slope.dx.iter().chain(&slope.dy).all(|x| *x == 0.0) {
                 let why = match slope.made {
-                    Made::Constant => ": a constant here".to_string(),
-                    Made::Derivative => ": in the language, a derivative has none itself".to_string(),
-                    Made::Other => through(&slope.through),
+                    ValueOrigin::Constant => ": a constant here".to_string(),
+                    ValueOrigin::Derivative => ": in the language, a derivative has none itself".to_string(),
+                    ValueOrigin::Other => through(&slope.through),
                 };
                 out.push(format!("  {last}derivative 0{why}{call}"));
                 continue;

@@ -4,7 +4,7 @@
 //!
 //! This module must not know shaders or errors.
 
-use crate::sample::{Place, Surface};
+use crate::sample::{PixelPosition, Surface};
 use osl_exec::{Blocks, Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
@@ -120,9 +120,9 @@ impl PointSource for Ground {
         let last = self.count().saturating_sub(1);
         let place = |point: usize| {
             let (x, y) = order.pixel(point.min(last));
-            Place { pixel: [x as u32, y as u32], offset: [0.0; 2] }
+            PixelPosition { pixel: [x as u32, y as u32], offset: [0.0; 2] }
         };
-        let places: Vec<Place> = (first..first + width).map(place).collect();
+        let places: Vec<PixelPosition> = (first..first + width).map(place).collect();
         self.fill_at(global, &places, width, lanes);
     }
 
@@ -140,7 +140,7 @@ impl Surface for Ground {
         self.grid.size()
     }
 
-    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]) {
+    fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]) {
         if self.grid.varying().contains(&global) {
             return self.grid.fill_at(global, places, width, lanes);
         }
@@ -148,7 +148,7 @@ impl Surface for Ground {
         for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
             let mut last = 0.0;
             for (at, lane) in lanes.iter_mut().enumerate() {
-                if let Some(Place { pixel: [x, y], .. }) = places.get(at) {
+                if let Some(PixelPosition { pixel: [x, y], .. }) = places.get(at) {
                     let value = self.turned(global, y * columns + x);
                     last = value.get(component).copied().unwrap_or(0.0);
                 }
@@ -157,7 +157,13 @@ impl Surface for Ground {
         }
     }
 
-    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+    fn attribute_at(
+        &self,
+        object: &str,
+        name: &str,
+        element: Option<usize>,
+        place: PixelPosition,
+    ) -> Option<Datum> {
         self.grid.attribute_at(object, name, element, place)
     }
 }

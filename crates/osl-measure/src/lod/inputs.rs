@@ -12,7 +12,7 @@ use osl_ir::types::{Base, Extent, Type};
 use std::collections::BTreeSet;
 
 /// A value that was given for a parameter: its name and its elements.
-pub type Given = (String, Vec<Const>);
+pub type GivenParam = (String, Vec<Const>);
 
 /// The coordinate whose filter width says how large a pixel is.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ const OUTSIDE: [&str; 9] = [
 
 impl Inputs {
     /// Finds the inputs of a shader; an error says why no mean can stand for its outputs.
-    pub(super) fn of(source: &Source<'_>, given: &[Given]) -> Result<Inputs, String> {
+    pub(super) fn of(source: &Source<'_>, given: &[GivenParam]) -> Result<Inputs, String> {
         let program = source.program;
         let found = Reads::of(program);
         if let Some(call) = found.outside {

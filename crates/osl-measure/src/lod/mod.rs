@@ -21,7 +21,7 @@ mod words;
 mod write;
 
 pub use html::html;
-pub use inputs::Given;
+pub use inputs::GivenParam;
 pub use judge::Errors;
 pub use report::{Front, Picture, Report, Row};
 pub use text::text;
@@ -35,7 +35,7 @@ use osl_exec::{RunError, RunOptions, Services};
 use osl_hir::hir::Program;
 use osl_ir::ir::Body;
 use osl_scene::Grid;
-use search::{Known, Search, known};
+use search::{FootprintErrors, Search, known};
 use write::{Plan, Said};
 
 /// What to simplify.
@@ -47,7 +47,7 @@ pub struct Request<'a> {
     /// Its lowered body for the given parameter values.
     pub body: Body,
     /// The values that were given for parameters.
-    pub given: &'a [Given],
+    pub given: &'a [GivenParam],
     /// Compiles a changed text for the same parameter values.
     pub build: &'a Build<'a>,
     /// The image at footprint 1.
@@ -123,7 +123,7 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
 }
 
 /// The levels that hold in the written shader.
-pub(super) struct Found {
+pub(super) struct WrittenLevels {
     plan: Plan,
     text: String,
     written: Variant,
@@ -137,7 +137,7 @@ fn settle(
     search: &Search<'_, '_>,
     mut plan: Plan,
     width: f64,
-) -> Result<Option<Found>, Stop> {
+) -> Result<Option<WrittenLevels>, Stop> {
     while !plan.is_empty() {
         let none = vec![[0.0; 2]; plan.near.len() + 1];
         let text = written(request, search, &plan, (width, &none))?;
@@ -149,7 +149,7 @@ fn settle(
             Ok(()) => {
                 let errors = stated(search, &written_now, &plan)?;
                 let text = written(request, search, &plan, (width, &errors))?;
-                return Ok(Some(Found { plan, text, written: written_now, errors }));
+                return Ok(Some(WrittenLevels { plan, text, written: written_now, errors }));
             }
             Err(None) => plan.inner = write::Inner::default(),
             Err(Some(level)) if level < plan.near.len() => {
@@ -227,6 +227,6 @@ fn pixel_width(
 const SHOWN: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
 
 /// What is known of a footprint on the points that were held out.
-fn at(held: &[Known], footprint: f64) -> Option<&Known> {
+fn at(held: &[FootprintErrors], footprint: f64) -> Option<&FootprintErrors> {
     held.iter().find(|known| known.truth.footprint == footprint)
 }

@@ -6,9 +6,9 @@
 
 use super::ground::Ground;
 use super::judge::{Errors, MOST, Output, Set, Variant};
-use super::search::{Known, Search};
+use super::search::{FootprintErrors, Search};
 use super::write::BEGIN;
-use super::{Found, Request, SHOWN, at};
+use super::{Request, SHOWN, WrittenLevels, at};
 use crate::sample::Pattern;
 use osl_exec::RunError;
 use osl_scene::Grid;
@@ -143,7 +143,7 @@ pub(super) const MANY: u32 = 32;
 pub(super) fn report(
     request: &Request<'_>,
     search: &Search<'_, '_>,
-    found: Option<Found>,
+    found: Option<WrittenLevels>,
     width: f64,
 ) -> Report {
     let mut report = Report {
@@ -179,7 +179,7 @@ pub(super) fn report(
 fn rest(
     request: &Request<'_>,
     search: &Search<'_, '_>,
-    found: &Found,
+    found: &WrittenLevels,
     report: &mut Report,
 ) -> Result<(), RunError> {
     let alone = levels(search, found, report);
@@ -205,7 +205,7 @@ enum Alone {
     Constant(Vec<f64>),
 }
 
-fn levels(search: &Search<'_, '_>, found: &Found, report: &mut Report) -> Vec<(String, Alone)> {
+fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -> Vec<(String, Alone)> {
     let mut alone = Vec::new();
     let mut taken = Vec::new();
     let plan = &found.plan;
@@ -237,8 +237,8 @@ fn levels(search: &Search<'_, '_>, found: &Found, report: &mut Report) -> Vec<(S
 
 fn row(
     search: &Search<'_, '_>,
-    found: &Found,
-    (known, alone): (&Known, &[(String, Alone)]),
+    found: &WrittenLevels,
+    (known, alone): (&FootprintErrors, &[(String, Alone)]),
     width: f64,
 ) -> Result<Row, RunError> {
     let judge = search.judge;
@@ -314,7 +314,7 @@ fn equal(curve: &[(f64, f64)], square: f64) -> f64 {
 }
 
 /// The smallest times of a sample at a footprint, measured in turns: other work on the machine only adds.
-fn time(search: &Search<'_, '_>, found: &Found, footprint: f64) -> Result<[f64; 2], RunError> {
+fn time(search: &Search<'_, '_>, found: &WrittenLevels, footprint: f64) -> Result<[f64; 2], RunError> {
     let judge = search.judge;
     let grid = enlarged(judge.grid, TIMED);
     // Without random directions, which would take longer than many shaders.
@@ -346,7 +346,7 @@ fn enlarged(grid: &Grid, size: usize) -> Grid {
     Grid { width: size, height: size, scale, ..grid.clone() }
 }
 
-fn pictures(search: &Search<'_, '_>, found: &Found, report: &mut Report) -> Result<(), RunError> {
+fn pictures(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -> Result<(), RunError> {
     let judge = search.judge;
     let grid = enlarged(judge.grid, PICTURE);
     for footprint in SHOWN {

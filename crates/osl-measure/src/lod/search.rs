@@ -19,7 +19,7 @@ use osl_ir::types::{Base, Type};
 use osl_syntax::diagnostic::Edit;
 
 /// What is known of a footprint in one of the sets.
-pub(super) struct Known {
+pub(super) struct FootprintErrors {
     pub(super) truth: Truth,
     /// The errors of the original with the number of samples that a level must match.
     pub(super) original: Off,
@@ -31,23 +31,23 @@ pub(super) fn known(
     original: &Variant,
     footprints: &[f64],
     (set, samples): (Set, u32),
-) -> Result<Vec<Known>, RunError> {
+) -> Result<Vec<FootprintErrors>, RunError> {
     let one = |footprint: &f64| {
         let truth = judge.truth(original, *footprint, set)?;
         let original = judge.off(original, &truth, samples)?;
-        Ok(Known { truth, original })
+        Ok(FootprintErrors { truth, original })
     };
     footprints.iter().map(one).collect()
 }
 
 /// Changes in place with their errors at the footprints at which the body runs, in both sets.
 #[derive(Default)]
-struct Tried {
+struct TriedChanges {
     inner: Inner,
     offs: Vec<Off>,
 }
 
-impl Tried {
+impl TriedChanges {
     /// The sum of the mean square errors.
     fn sum(&self) -> f64 {
         self.offs.iter().map(|off| off.all().mean).sum()
@@ -65,8 +65,8 @@ pub(super) struct Search<'s, 'a> {
     /// Samples per pixel, of the original and of everything that is compared with it.
     pub(super) samples: u32,
     pub(super) tolerance: f64,
-    pub(super) fitted: &'s [Known],
-    pub(super) held: &'s [Known],
+    pub(super) fitted: &'s [FootprintErrors],
+    pub(super) held: &'s [FootprintErrors],
     /// The width of a pixel at footprint 1.
     pub(super) width: f64,
     /// Number of programs that were tried.
@@ -104,8 +104,9 @@ impl Search<'_, '_> {
                 let Some(text) = value(output.ty, own, output.range) else { continue 'next };
                 means.push(Mean { name: output.name.clone(), text, is_int });
             }
-            let is_good =
-                |known: &Known| self.constant(&planes, known).is_good(&known.original, self.tolerance);
+            let is_good = |known: &FootprintErrors| {
+                self.constant(&planes, known).is_good(&known.original, self.tolerance)
+            };
             if [self.fitted, self.held].into_iter().all(|set| set.iter().skip(from).all(is_good)) {
                 return Some(Far { full, means, planes });
             }
@@ -114,7 +115,7 @@ impl Search<'_, '_> {
     }
 
     /// The errors of planes that have the same value everywhere.
-    pub(super) fn constant(&self, planes: &[f64], known: &Known) -> Off {
+    pub(super) fn constant(&self, planes: &[f64], known: &FootprintErrors) -> Off {
         let count = known.original.squares.first().map_or(0, Vec::len);
         let values: Vec<Vec<f32>> = planes.iter().map(|x| vec![*x as f32; count]).collect();
         self.judge.compare(&values, &known.truth)
@@ -124,7 +125,7 @@ impl Search<'_, '_> {
     /// edges that become softer.
     pub(super) fn inner(&mut self, far: Option<&Far>) -> Result<Inner, RunError> {
         let mut now =
-            Tried { inner: Inner { cost: self.original.cost, ..Inner::default() }, offs: Vec::new() };
+            TriedChanges { inner: Inner { cost: self.original.cost, ..Inner::default() }, offs: Vec::new() };
         now.offs = self.before(far).map(|known| known.original.clone()).collect();
         self.noise(&mut now, far)?;
         self.edges(&mut now, far)?;
@@ -132,12 +133,12 @@ impl Search<'_, '_> {
     }
 
     /// The footprints in both sets at which the body runs.
-    fn before(&self, far: Option<&Far>) -> impl Iterator<Item = &Known> {
+    fn before(&self, far: Option<&Far>) -> impl Iterator<Item = &FootprintErrors> {
         let end = far.map_or(f64::INFINITY, |far| far.full);
         self.fitted.iter().chain(self.held).filter(move |known| known.truth.footprint < end)
     }
 
-    fn noise(&mut self, now: &mut Tried, far: Option<&Far>) -> Result<(), RunError> {
+    fn noise(&mut self, now: &mut TriedChanges, far: Option<&Far>) -> Result<(), RunError> {
         let calls = noise::calls(self.source);
         if calls.is_empty() {
             return Ok(());
@@ -172,13 +173,13 @@ impl Search<'_, '_> {
         Ok(())
     }
 
-    fn edges(&mut self, now: &mut Tried, far: Option<&Far>) -> Result<(), RunError> {
+    fn edges(&mut self, now: &mut TriedChanges, far: Option<&Far>) -> Result<(), RunError> {
         let name = soft(self.source);
         for edge in edges::edges(self.source, self.frame) {
             if now.inner.edits.iter().any(|edit| edges::excludes(&edge, edit)) {
                 continue;
             }
-            let mut best: Option<Tried> = None;
+            let mut best: Option<TriedChanges> = None;
             for slope in edges::SLOPES {
                 let mut inner = Inner { edges: now.inner.edges + 1, ..now.inner.clone() };
                 inner.edits.extend(edges::soften(&edge, slope, &name));
@@ -195,7 +196,12 @@ impl Search<'_, '_> {
 
     /// Tries changes in place. `None` if they change the image at footprint 1, are worse than the original at
     /// a footprint before the far level, or closer than what is known already at none.
-    fn attempt(&mut self, inner: Inner, now: &Tried, far: Option<&Far>) -> Result<Option<Tried>, RunError> {
+    fn attempt(
+        &mut self,
+        inner: Inner,
+        now: &TriedChanges,
+        far: Option<&Far>,
+    ) -> Result<Option<TriedChanges>, RunError> {
         let plan = Plan { inner, ..Plan::default() };
         let said = Said { errors: &[], samples: self.samples, given: false, largest: self.width };
         let text = write(self.source, self.frame, self.inputs, &plan, (self.width, &said));
@@ -214,7 +220,7 @@ impl Search<'_, '_> {
             offs.push(off);
         }
         let inner = Inner { cost: variant.cost, ..plan.inner };
-        Ok(is_better.then_some(Tried { inner, offs }))
+        Ok(is_better.then_some(TriedChanges { inner, offs }))
     }
 
     /// The text in which these statements have their means at every footprint.

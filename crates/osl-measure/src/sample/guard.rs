@@ -14,7 +14,7 @@
 use super::bounds::outputs;
 use super::image::{Guard, Image, Shading, TOGETHER, not_finite};
 use super::points::PlacedPoints;
-use super::surface::Place;
+use super::surface::PixelPosition;
 use osl_exec::{Frame, RunError, RunOptions};
 use std::ops::Range;
 
@@ -125,15 +125,15 @@ fn inside(at: isize, count: usize) -> (u32, f32) {
 }
 
 /// The centre of a pixel of an image of this size, which may lie beside the image.
-fn centre([x, y]: [isize; 2], (width, height): (usize, usize)) -> Place {
+fn centre([x, y]: [isize; 2], (width, height): (usize, usize)) -> PixelPosition {
     let ((x, right), (y, down)) = (inside(x, width), inside(y, height));
-    Place { pixel: [x, y], offset: [right, down] }
+    PixelPosition { pixel: [x, y], offset: [right, down] }
 }
 
 /// The corner above and on the left of a pixel.
-fn corner([x, y]: [usize; 2], size: (usize, usize)) -> Place {
-    let Place { pixel, offset } = centre([x as isize, y as isize], size);
-    Place { pixel, offset: offset.map(|offset| offset - 0.5) }
+fn corner([x, y]: [usize; 2], size: (usize, usize)) -> PixelPosition {
+    let PixelPosition { pixel, offset } = centre([x as isize, y as isize], size);
+    PixelPosition { pixel, offset: offset.map(|offset| offset - 0.5) }
 }
 
 /// Positions of a rectangle, square by square, for which something holds.
@@ -152,14 +152,14 @@ fn by_squares((width, height): (usize, usize), holds: impl Fn(usize) -> bool) ->
 
 impl Shading<'_> {
     /// The values of the program at some places, plane by plane.
-    fn placed(&self, places: &[Place], said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
+    fn placed(&self, places: &[PixelPosition], said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
         self.values(&PlacedPoints { surface: self.surface, places }, said)
     }
 
     /// What is around some pixels, for each plane. It takes [`AROUND`] evaluations for each.
     pub(super) fn around(&self, pixels: &[u32]) -> Result<Vec<Vec<Around>>, RunError> {
         let size = self.surface.size();
-        let of = |pixel: &u32| -> [Place; AROUND] {
+        let of = |pixel: &u32| -> [PixelPosition; AROUND] {
             let [x, y] = [*pixel as usize % size.0.max(1), *pixel as usize / size.0.max(1)];
             let own = |right: isize, down: isize| centre([x as isize + right, y as isize + down], size);
             let corner = |right: usize, down: usize| corner([x + right, y + down], size);
@@ -169,7 +169,7 @@ impl Shading<'_> {
             );
             [own(0, 0), a, b, c, d, e, f, g, h]
         };
-        let places: Vec<Place> = pixels.iter().flat_map(of).collect();
+        let places: Vec<PixelPosition> = pixels.iter().flat_map(of).collect();
         let values = self.placed(&places, &mut Frame::default())?;
         let one = |[centre, a, b, c, d, e, f, g, h]: &[f32; AROUND]| Around {
             centre: *centre,
@@ -226,7 +226,7 @@ struct Piece<'a> {
 }
 
 /// What the plain program computed in and around some rows.
-struct Known {
+struct PlainValues {
     width: usize,
     /// For each plane the centres, with a pixel more at all ends of rows and columns.
     centres: Vec<Vec<f32>>,
@@ -236,7 +236,7 @@ struct Known {
     numbers: Vec<u32>,
 }
 
-impl Known {
+impl PlainValues {
     /// What is around a pixel of the rows. The corners may be missing.
     fn around(&self, plane: usize, at: usize) -> Around {
         let (x, y) = (at % self.width, at / self.width);
@@ -332,7 +332,7 @@ impl Piece<'_> {
     }
 
     /// The centres of the pixels, and those of the pixels beside them.
-    fn beside(&self, values: &[Vec<f32>], said: &mut Frame) -> Result<Known, RunError> {
+    fn beside(&self, values: &[Vec<f32>], said: &mut Frame) -> Result<PlainValues, RunError> {
         let (plain, rows) = (self.plain, &self.rows);
         let size = plain.surface.size();
         let (width, line) = (size.0, size.0 + 2);
@@ -341,7 +341,7 @@ impl Piece<'_> {
         let ends = [-1, width as isize];
         let along = rows.clone().flat_map(|y| ends.map(|x| [x, y as isize]));
         let positions: Vec<[isize; 2]> = across.chain(along).collect();
-        let places: Vec<Place> = positions.iter().map(|at| centre(*at, size)).collect();
+        let places: Vec<PixelPosition> = positions.iter().map(|at| centre(*at, size)).collect();
         let beside = plain.placed(&places, said)?;
         let whole = |(own, beside): (&Vec<f32>, &Vec<f32>)| {
             let mut plane = vec![f32::NAN; line * (rows.len() + 2)];
@@ -360,14 +360,14 @@ impl Piece<'_> {
             plane
         };
         let centres = values.iter().zip(&beside).map(whole).collect();
-        Ok(Known { width, centres, corners: Vec::new(), numbers: Vec::new() })
+        Ok(PlainValues { width, centres, corners: Vec::new(), numbers: Vec::new() })
     }
 
     /// Computes the corners of some pixels. Returns how many there are.
     fn compute_corners(
         &self,
         pixels: &[usize],
-        known: &mut Known,
+        known: &mut PlainValues,
         said: &mut Frame,
     ) -> Result<usize, RunError> {
         let size = self.plain.surface.size();
@@ -383,7 +383,7 @@ impl Piece<'_> {
         }
         let wanted = by_squares((line, self.rows.len() + 1), |at| numbers.get(at) == Some(&0));
         let place = |at: &usize| corner([at % line, self.rows.start + at / line], size);
-        let places: Vec<Place> = wanted.iter().map(place).collect();
+        let places: Vec<PixelPosition> = wanted.iter().map(place).collect();
         for (number, at) in wanted.iter().enumerate() {
             if let Some(own) = numbers.get_mut(*at) {
                 *own = number as u32;
@@ -463,10 +463,10 @@ mod tests {
     #[test]
     fn places_beside_the_image_belong_to_its_last_pixels() {
         let size = (3, 2);
-        assert_eq!(corner([1, 0], size), Place { pixel: [1, 0], offset: [-0.5, -0.5] });
-        assert_eq!(corner([3, 2], size), Place { pixel: [2, 1], offset: [0.5, 0.5] });
-        assert_eq!(centre([-1, 1], size), Place { pixel: [0, 1], offset: [-1.0, 0.0] });
-        assert_eq!(centre([2, 2], size), Place { pixel: [2, 1], offset: [0.0, 1.0] });
+        assert_eq!(corner([1, 0], size), PixelPosition { pixel: [1, 0], offset: [-0.5, -0.5] });
+        assert_eq!(corner([3, 2], size), PixelPosition { pixel: [2, 1], offset: [0.5, 0.5] });
+        assert_eq!(centre([-1, 1], size), PixelPosition { pixel: [0, 1], offset: [-1.0, 0.0] });
+        assert_eq!(centre([2, 2], size), PixelPosition { pixel: [2, 1], offset: [0.0, 1.0] });
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::filter::Filter;
 use super::pattern::Pattern;
-use super::surface::{Place, Surface};
+use super::surface::{PixelPosition, Surface};
 use osl_exec::{Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
@@ -48,7 +48,7 @@ impl<'a> SamplePoints<'a> {
         self.samples.as_ref().map_or(1, |s| s.len().max(1))
     }
 
-    fn places(&self, first: usize, count: usize) -> Vec<Place> {
+    fn places(&self, first: usize, count: usize) -> Vec<PixelPosition> {
         let each = self.each();
         let count = count.min(self.count().saturating_sub(first));
         let mut places = Vec::with_capacity(count);
@@ -59,15 +59,18 @@ impl<'a> SamplePoints<'a> {
             let left = (each - sample).min(count - places.len());
             let pixel_at = row.of(pixel, self.width);
             match &self.samples {
-                None => places.push(Place { pixel: pixel_at, offset: [0.0; 2] }),
+                None => places.push(PixelPosition { pixel: pixel_at, offset: [0.0; 2] }),
                 Some(range) => {
                     // A crop has the samples of the whole image.
                     let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
                     let from = range.start as usize + sample;
                     let own = own.get(from.min(own.len())..(from + left).min(own.len())).unwrap_or(&[]);
-                    self.filter.offsets(own, |offset| places.push(Place { pixel: pixel_at, offset }));
+                    self.filter.offsets(own, |offset| places.push(PixelPosition { pixel: pixel_at, offset }));
                     let missing = left - own.len();
-                    places.extend(std::iter::repeat_n(Place { pixel: pixel_at, offset: [0.0; 2] }, missing));
+                    places.extend(std::iter::repeat_n(
+                        PixelPosition { pixel: pixel_at, offset: [0.0; 2] },
+                        missing,
+                    ));
                 }
             }
             (at, sample) = (at + 1, 0);
@@ -140,12 +143,12 @@ impl PointSource for SamplePoints<'_> {
 /// Chosen places of an image.
 pub(super) struct PlacedPoints<'a> {
     pub(super) surface: &'a dyn Surface,
-    pub(super) places: &'a [Place],
+    pub(super) places: &'a [PixelPosition],
 }
 
 impl PlacedPoints<'_> {
     /// At most so many places from one on.
-    fn some(&self, first: usize, count: usize) -> &[Place] {
+    fn some(&self, first: usize, count: usize) -> &[PixelPosition] {
         let end = (first + count).min(self.places.len());
         self.places.get(first..end).unwrap_or(&[])
     }
@@ -158,7 +161,7 @@ impl PointSource for PlacedPoints<'_> {
 
     fn pixel(&self, position: usize) -> usize {
         let width = self.surface.size().0;
-        let number = |place: &Place| place.pixel[1] as usize * width + place.pixel[0] as usize;
+        let number = |place: &PixelPosition| place.pixel[1] as usize * width + place.pixel[0] as usize;
         self.places.get(position).map_or(position, |place| self.surface.pixel(number(place)))
     }
 

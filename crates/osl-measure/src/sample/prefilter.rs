@@ -20,7 +20,7 @@ use super::operations::operations;
 use super::oracle::some_pixels;
 use super::pattern::Pattern;
 use osl_exec::{Frame, Program, RunError};
-use osl_ir::passes::Place;
+use osl_ir::passes::FilterSite;
 use rustc_hash::FxHashMap;
 
 /// The pixels of the pilot: one in so many, and the minimum and maximum.
@@ -62,7 +62,7 @@ pub struct Filtered {
     /// The number of places that could be filtered.
     pub places: usize,
     /// Those that are not.
-    pub left: Vec<Place>,
+    pub left: Vec<FilterSite>,
     /// Evaluations of the shader that the decision took.
     pub evaluations: u64,
     /// Pixels whose truth was computed.
@@ -109,7 +109,7 @@ impl Filtered {
 /// A loop exceeds its budget.
 pub fn filtered(
     plain: &Shading<'_>,
-    (places, may_guard): (&[Place], bool),
+    (places, may_guard): (&[FilterSite], bool),
     compile: Compile<'_>,
 ) -> Result<Filtered, RunError> {
     let nothing = Filtered {
@@ -152,14 +152,14 @@ pub fn filtered(
 }
 
 /// Makes the program in which some places are left alone.
-type Compile<'a> = &'a dyn Fn(&[Place]) -> Program;
+type Compile<'a> = &'a dyn Fn(&[FilterSite]) -> Program;
 
 /// What is known of a pixel: for each plane the mean, the standard error and the standard deviation.
 type Truth = Vec<[f64; 3]>;
 
 /// A form of the program, with its values at the pixels.
 struct Form {
-    left: Vec<Place>,
+    left: Vec<FilterSite>,
     /// For each plane.
     values: Vec<Vec<f32>>,
     /// In multiples of the plain program's operations.
@@ -238,7 +238,7 @@ impl<'a> Judge<'a> {
         operations(&Shading { program, ..self.plain.clone() }, &pixels)
     }
 
-    fn form(&mut self, program: &Program, left: Vec<Place>) -> Result<Form, RunError> {
+    fn form(&mut self, program: &Program, left: Vec<FilterSite>) -> Result<Form, RunError> {
         let (values, cost) = (self.run(program)?, self.count(program)? / self.operations);
         Ok(Form { left, values, cost, error: f64::INFINITY, is_guarded: false })
     }
@@ -406,13 +406,13 @@ impl<'a> Judge<'a> {
     }
 
     /// The form with the groups of places that help alone and together, the most helpful first.
-    fn groups(&mut self, places: &[Place], compile: Compile<'_>) -> Result<Option<Form>, RunError> {
+    fn groups(&mut self, places: &[FilterSite], compile: Compile<'_>) -> Result<Option<Form>, RunError> {
         let size = places.len().div_ceil(GROUPS);
-        let groups: Vec<&[Place]> = places.chunks(size).collect();
+        let groups: Vec<&[FilterSite]> = places.chunks(size).collect();
         if groups.len() < 2 {
             return Ok(None);
         }
-        let without = |kept: &[usize]| -> Vec<Place> {
+        let without = |kept: &[usize]| -> Vec<FilterSite> {
             let left = groups.iter().enumerate().filter(|(at, _)| !kept.contains(at));
             left.flat_map(|(_, group)| group.iter().copied()).collect()
         };

@@ -7,7 +7,7 @@ use osl_scene::{Crop, Grid, WithData};
 
 /// A position in an image: a pixel and an offset from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PixelPosition {
     /// Column and row.
     pub pixel: [u32; 2],
     /// **Units:** pixels. An offset beyond ±0.5 lies in a neighbour.
@@ -22,34 +22,47 @@ pub trait Surface: PointSource {
 
     /// Writes a varying global for some positions in the layout of [`PointSource::fill`]. Lanes after the
     /// last position get the last one's value. At offset 0 the value has the bits of the pixel's own point.
-    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]);
+    fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]);
 
     /// Writes a derivative of a varying global for some positions in the layout of [`PointSource::fill`].
-    fn fill_deriv_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
+    fn fill_deriv_at(
+        &self,
+        global: Global,
+        axis: Axis,
+        places: &[PixelPosition],
+        width: usize,
+        lanes: &mut [f32],
+    ) {
         let _ = places;
         let deriv = self.deriv(global, axis);
         lanes.chunks_mut(width.max(1)).zip(deriv).for_each(|(lanes, x)| lanes.fill(x));
     }
 
     /// A named datum at a position; the same at all positions if [`PointSource::attribute_is_shared`].
-    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+    fn attribute_at(
+        &self,
+        object: &str,
+        name: &str,
+        element: Option<usize>,
+        place: PixelPosition,
+    ) -> Option<Datum> {
         let _ = (object, name, element, place);
         None
     }
 }
 
 /// u or v at a position. At exact pixels it has the bits of the grid's own points.
-fn coordinate(grid: &Grid, axis: usize, place: &Place) -> f32 {
+fn coordinate(grid: &Grid, axis: usize, place: &PixelPosition) -> f32 {
     let mut own = [0.0];
     coordinates(grid, axis, std::slice::from_ref(place), &mut own);
     own[0]
 }
 
 /// u or v at some positions.
-fn coordinates(grid: &Grid, axis: usize, places: &[Place], lanes: &mut [f32]) {
+fn coordinates(grid: &Grid, axis: usize, places: &[PixelPosition], lanes: &mut [f32]) {
     let n = [grid.width, grid.height][axis];
     let (scale, added) = (f64::from(grid.scale[axis]), f64::from(grid.offset[axis]));
-    let here = |place: &Place| f64::from(place.pixel[axis]) + f64::from(place.offset[axis]);
+    let here = |place: &PixelPosition| f64::from(place.pixel[axis]) + f64::from(place.offset[axis]);
     let all = lanes.iter_mut().zip(places);
     // The loops have no questions inside, because they run for every sample of an image.
     match (grid.center, n) {
@@ -72,7 +85,7 @@ impl Surface for Grid {
         (self.width, self.height)
     }
 
-    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]) {
+    fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]) {
         for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
             let axis = match (global, component) {
                 (Global::U, _) | (Global::P, 0) => 0,
@@ -92,7 +105,13 @@ impl Surface for Grid {
         }
     }
 
-    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+    fn attribute_at(
+        &self,
+        object: &str,
+        name: &str,
+        element: Option<usize>,
+        place: PixelPosition,
+    ) -> Option<Datum> {
         let axis = Grid::texture_axis(object, name, element)?;
         Some(self.texture_coordinate(axis, coordinate(self, axis, &place)))
     }
@@ -103,21 +122,27 @@ impl Surface for Crop {
         Crop::size(self)
     }
 
-    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]) {
-        let places: Vec<Place> = places.iter().map(|place| whole(self, *place)).collect();
+    fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]) {
+        let places: Vec<PixelPosition> = places.iter().map(|place| whole(self, *place)).collect();
         self.grid.fill_at(global, &places, width, lanes);
     }
 
-    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+    fn attribute_at(
+        &self,
+        object: &str,
+        name: &str,
+        element: Option<usize>,
+        place: PixelPosition,
+    ) -> Option<Datum> {
         self.grid.attribute_at(object, name, element, whole(self, place))
     }
 }
 
 /// The place in the whole grid of a place in a crop. The centre of a neighbour has the bits of this
 /// neighbour.
-fn whole(crop: &Crop, place: Place) -> Place {
+fn whole(crop: &Crop, place: PixelPosition) -> PixelPosition {
     let mut place =
-        Place { pixel: crop.whole(place.pixel.map(|at| at as usize)).map(|at| at as u32), ..place };
+        PixelPosition { pixel: crop.whole(place.pixel.map(|at| at as usize)).map(|at| at as u32), ..place };
     let size = [crop.grid.width, crop.grid.height];
     for ((pixel, offset), size) in place.pixel.iter_mut().zip(&mut place.offset).zip(size) {
         let moved = f64::from(*pixel) + f64::from(*offset);
@@ -133,15 +158,28 @@ impl<S: Surface> Surface for WithData<S> {
         self.points.size()
     }
 
-    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]) {
+    fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]) {
         self.points.fill_at(global, places, width, lanes);
     }
 
-    fn fill_deriv_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
+    fn fill_deriv_at(
+        &self,
+        global: Global,
+        axis: Axis,
+        places: &[PixelPosition],
+        width: usize,
+        lanes: &mut [f32],
+    ) {
         self.points.fill_deriv_at(global, axis, places, width, lanes);
     }
 
-    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+    fn attribute_at(
+        &self,
+        object: &str,
+        name: &str,
+        element: Option<usize>,
+        place: PixelPosition,
+    ) -> Option<Datum> {
         let own = self.data.find(object, name, element);
         own.or_else(|| self.points.attribute_at(object, name, element, place))
     }
@@ -156,9 +194,9 @@ mod tests {
         for center in [false, true] {
             let grid = Grid { center, scale: [3.7, 0.3], ..Grid::new(37, 1) };
             for i in 0..37 {
-                let place = |offset| Place { pixel: [i, 0], offset: [offset, 0.0] };
+                let place = |offset| PixelPosition { pixel: [i, 0], offset: [offset, 0.0] };
                 assert_eq!(coordinate(&grid, 0, &place(0.0)), grid.coordinate(0, i as usize, 37));
-                let next = Place { pixel: [i + 1, 0], offset: [-0.5, 0.0] };
+                let next = PixelPosition { pixel: [i + 1, 0], offset: [-0.5, 0.0] };
                 assert_eq!(coordinate(&grid, 0, &place(0.5)), coordinate(&grid, 0, &next));
             }
         }

@@ -20,7 +20,7 @@ pub const LOST_AT: f64 = 0.02;
 
 /// An event of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Found {
+pub(super) struct DetectedEvent {
     /// What happened.
     pub(super) kind: Kind,
     /// The component at which it happened, if the operation works on each component by itself.
@@ -28,7 +28,7 @@ pub(super) struct Found {
 }
 
 /// The events of an instruction that ran in strict arithmetic, each kind once.
-pub(super) fn events(trace: &Trace, node: &Node) -> Vec<Found> {
+pub(super) fn events(trace: &Trace, node: &Node) -> Vec<DetectedEvent> {
     let Some(result) = &node.strict else { return Vec::new() };
     match &node.what {
         // Taking a triple apart computes nothing.
@@ -61,12 +61,12 @@ pub(super) fn operands<'a>(trace: &'a Trace, node: &Node) -> Option<Vec<&'a Cons
     node.args.iter().map(|id| trace.node(*id).strict.as_ref()).collect()
 }
 
-fn of_all(kind: Kind) -> Vec<Found> {
-    vec![Found { kind, component: None }]
+fn of_all(kind: Kind) -> Vec<DetectedEvent> {
+    vec![DetectedEvent { kind, component: None }]
 }
 
 /// An operation on ints, on whole triples or on matrices.
-fn whole(op: LaneOp, args: &[&Const], result: &Const) -> Vec<Found> {
+fn whole(op: LaneOp, args: &[&Const], result: &Const) -> Vec<DetectedEvent> {
     let found = match (op, args, result) {
         (LaneOp::ToInt, [Const::Float(x)], _) => (!fits_int(*x)).then_some(Kind::IntConversion),
         (LaneOp::IDiv | LaneOp::IMod, [_, Const::Int(0)], _) => Some(Kind::ZeroDivision),
@@ -110,9 +110,9 @@ fn fits_int(x: f32) -> bool {
 }
 
 /// An operation that works on each component.
-fn each(trace: &Trace, node: &Node, op: LaneOp, args: &[&Const], result: &Const) -> Vec<Found> {
+fn each(trace: &Trace, node: &Node, op: LaneOp, args: &[&Const], result: &Const) -> Vec<DetectedEvent> {
     let components = if matches!(result, Const::Triple(_)) { 3 } else { 1 };
-    let mut found: Vec<Found> = Vec::new();
+    let mut found: Vec<DetectedEvent> = Vec::new();
     for component in 0..components {
         let Some(got) = part(result, component) else { continue };
         let mut given = [0.0; MAX_ARGS];
@@ -124,7 +124,7 @@ fn each(trace: &Trace, node: &Node, op: LaneOp, args: &[&Const], result: &Const)
         let kind = of_component(op, &given[..count], got)
             .or_else(|| cancels(trace, node, component).then_some(Kind::Cancellation));
         if let Some(kind) = kind.filter(|kind| found.iter().all(|known| known.kind != *kind)) {
-            found.push(Found { kind, component: Some(component) });
+            found.push(DetectedEvent { kind, component: Some(component) });
         }
     }
     found

@@ -4,7 +4,7 @@
 //! inside of composed built-ins, are left out: their guards compute both sides of a choice, so an event there
 //! need not matter. This module must not know what an event is.
 
-use super::detect::{DIGITS_LOST, Found, LOST_AT, can_cancel, events};
+use super::detect::{DIGITS_LOST, DetectedEvent, LOST_AT, can_cancel, events};
 use super::words::{Example, example};
 use super::{Event, Kind, Report};
 use crate::quote::Quote;
@@ -245,7 +245,7 @@ impl<'a> Watch<'a> {
 
     /// Counts the events of a point.
     fn point(&mut self, trace: &Trace, pixel: usize) {
-        let mut here: BTreeMap<(Span, Kind), (u64, &Node, Found)> = BTreeMap::new();
+        let mut here: BTreeMap<(Span, Kind), (u64, &Node, DetectedEvent)> = BTreeMap::new();
         let written = self.subject.written;
         for node in trace.nodes.iter().filter(|node| is_of_source(node, written)) {
             if can_cancel(node) {

@@ -2,7 +2,7 @@
 //! are found or counted.
 
 use super::Kind;
-use super::detect::{ALL_DIGITS, Found, operands, part};
+use super::detect::{ALL_DIGITS, DetectedEvent, operands, part};
 use crate::explain::{digits, json_of};
 use crate::trace::{Node, Trace, What};
 use osl_ir::ir::{Const, Kernel, LaneOp};
@@ -20,7 +20,7 @@ pub(super) struct Example {
 }
 
 /// The example that an instruction gives.
-pub(super) fn example(trace: &Trace, node: &Node, found: Found) -> Example {
+pub(super) fn example(trace: &Trace, node: &Node, found: DetectedEvent) -> Example {
     let at = |value: &Const| match found.component.and_then(|component| part(value, component)) {
         Some(x) => Const::Float(x),
         None => value.clone(),

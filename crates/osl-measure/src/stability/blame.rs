@@ -10,7 +10,7 @@
 //! Expressions*, 2015). An instruction scores by the share of the error that passes through it where it
 //! amplifies, and with less weight by its own rounding, which adds up in long loops.
 
-use super::instruction::{Blame, Place};
+use super::instruction::{Blame, InstSite};
 use super::pairs::{Pairs, Paths};
 use crate::trace::{Exact, NodeId, Trace, What, eval};
 use osl_ir::ir::{Const, Continuity};
@@ -23,7 +23,7 @@ const CLOSE: f64 = 1e-4;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Blames {
     /// The blame of every instruction that has any.
-    pub(super) places: BTreeMap<Place, Blame>,
+    pub(super) places: BTreeMap<InstSite, Blame>,
     /// The instruction that magnifies, the instruction whose rounding it magnifies, and that error as a share
     /// of an output's range.
     pub(super) pairs: Pairs,
@@ -41,7 +41,7 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> Blames {
     }
     let mut found = Blames::default();
     let mut paths = Paths::new(trace.nodes.len());
-    let place = |id: NodeId| Place { span: trace.node(id).span, what: name(&trace.node(id).what) };
+    let place = |id: NodeId| InstSite { span: trace.node(id).span, what: name(&trace.node(id).what) };
     let sum = |flow: &Vec<f64>| flow.iter().sum::<f64>();
     for id in (0..trace.nodes.len()).rev() {
         let flow = std::mem::take(&mut flows[id]);

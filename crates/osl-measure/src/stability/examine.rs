@@ -1,7 +1,7 @@
 //! The whole examination: all sweeps, their findings, and the lines to blame.
 
 use super::Report;
-use super::lines::{Culprit, Found, culprits};
+use super::lines::{BlamedLines, Culprit, culprits};
 use super::subject::{Base, Planes, Subject};
 use super::sweep::{Finding, Setting, Trial, measure, percent, sweep};
 use osl_exec::RunError;
@@ -60,10 +60,10 @@ pub fn examine(
         examined.report.findings.push(finding);
         return examined;
     }
-    let Given { first, given, found } = given;
+    let Baseline { first, given, found } = given;
     let mut trials = vec![first];
     let mut findings = vec![as_given(&trials[0])];
-    let Found { blamed, noticed, mut skipped } = found;
+    let BlamedLines { blamed, noticed, mut skipped } = found;
     let mut beyond: Vec<Culprit> = Vec::new();
     let mut far = None;
     let mut settings = Vec::new();
@@ -160,7 +160,7 @@ pub fn examine_given(
     only_given(at_given(subject, grid, tolerance, sources), tolerance, shader)
 }
 
-fn only_given(Given { first, given, found }: Given, tolerance: f64, shader: &str) -> Examined {
+fn only_given(Baseline { first, given, found }: Baseline, tolerance: f64, shader: &str) -> Examined {
     let findings = [as_given(&first)].into_iter().chain(not_followed(found.skipped)).collect();
     let report = Report {
         shader: shader.to_string(),
@@ -185,17 +185,17 @@ fn too_long(subject: &Subject<'_>, grid: &Grid) -> Option<Finding> {
 }
 
 /// The outcome, the values and the lines at the given setting.
-struct Given {
+struct Baseline {
     first: Trial,
     given: Planes,
-    found: Found,
+    found: BlamedLines,
 }
 
-fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &SourceMap) -> Given {
+fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &SourceMap) -> Baseline {
     let (first, given) = measure(subject, &subject.base, grid, Setting::AsGiven, tolerance);
     let blames = largest_error(&first) >= NOTABLE;
     let found = culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
-    Given { first, given, found }
+    Baseline { first, given, found }
 }
 
 /// The sentence about points that were not followed.

@@ -10,7 +10,7 @@ pub(super) const ROUNDING: f64 = 0.02;
 
 /// An instruction of the source: its location and its operation.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct InstSite {
     /// Its location.
     pub span: Span,
     /// Its operation, in the words of the IR.

@@ -1,7 +1,7 @@
 //! From the blame of instructions to lines of the source.
 
 use super::blame::blame;
-use super::instruction::{Blame, Place, ROUNDING};
+use super::instruction::{Blame, InstSite, ROUNDING};
 use super::jumps::jumps;
 use super::pairs::{Pairs, Partner, Side};
 use super::subject::{Planes, Subject};
@@ -51,7 +51,7 @@ pub struct Culprit {
 /// An instruction with its score and its error.
 #[derive(Default)]
 struct Charge {
-    place: Place,
+    place: InstSite,
     score: f64,
     error: f64,
     why: String,
@@ -66,7 +66,7 @@ const ALONG: usize = 64;
 
 /// The lines that harm the points of a setting, the worst first.
 #[derive(Clone, Debug, Default)]
-pub struct Found {
+pub struct BlamedLines {
     /// Lines that make the error.
     pub blamed: Vec<Culprit>,
     /// Lines with numeric events, and derivatives of what jumps: they are no loss of digits.
@@ -85,11 +85,11 @@ pub fn culprits(
     planes: &Planes,
     sources: &SourceMap,
     blames: bool,
-) -> Found {
+) -> BlamedLines {
     let points = setting.points(grid);
     let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
-    let mut found: BTreeMap<Place, Blame> = BTreeMap::default();
+    let mut found: BTreeMap<InstSite, Blame> = BTreeMap::default();
     let mut pairs = Pairs::default();
     let mut events: BTreeMap<(Span, Kind), u32> = BTreeMap::default();
     let (mut followed, mut skipped) = ((0, 0), 0);
@@ -136,7 +136,11 @@ pub fn culprits(
             noticed.put(Charge::seen(span, function, share, why), sources);
         }
     }
-    Found { blamed: blamed.culprits(setting, sources), noticed: noticed.culprits(setting, sources), skipped }
+    BlamedLines {
+        blamed: blamed.culprits(setting, sources),
+        noticed: noticed.culprits(setting, sources),
+        skipped,
+    }
 }
 
 /// What an instruction does at a numeric event; `None` for events of precision, for which lines are blamed.
@@ -193,7 +197,7 @@ impl Lines {
 impl Charge {
     /// A numeric event.
     fn seen(span: Span, what: &str, share: f64, why: String) -> Charge {
-        let place = Place { span, what: what.to_string() };
+        let place = InstSite { span, what: what.to_string() };
         Charge { place, score: share, error: share, why, ..Charge::default() }
     }
 
@@ -218,10 +222,10 @@ impl Charge {
 
 /// What an instruction is blamed for at `points` points.
 fn charge(
-    place: &Place,
+    place: &InstSite,
     blame: &Blame,
     points: f64,
-    (pairs, found): (&Pairs, &BTreeMap<Place, Blame>),
+    (pairs, found): (&Pairs, &BTreeMap<InstSite, Blame>),
     sources: &SourceMap,
 ) -> Charge {
     let mut charge = Charge {

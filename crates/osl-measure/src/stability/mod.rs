@@ -21,8 +21,8 @@ mod sweep;
 pub mod text;
 
 pub use examine::{Examined, Knob, examine, examine_given};
-pub use instruction::{Blame, Place};
-pub use lines::{Culprit, Found, culprits};
+pub use instruction::{Blame, InstSite};
+pub use lines::{BlamedLines, Culprit, culprits};
 pub use pairs::Partner;
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};
 pub use sweep::{Finding, Outcome, Setting, Trial, measure};

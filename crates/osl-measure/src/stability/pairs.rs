@@ -5,7 +5,7 @@
 //! memories join, the memory of the largest part counts. This module must not know how errors are split into
 //! parts.
 
-use super::instruction::{Blame, Place};
+use super::instruction::{Blame, InstSite};
 use crate::trace::NodeId;
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;
@@ -57,7 +57,7 @@ impl Paths {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pairs {
     /// By the instruction that magnifies, then by the one that rounds.
-    found: BTreeMap<(Place, Place), f64>,
+    found: BTreeMap<(InstSite, InstSite), f64>,
 }
 
 /// One instruction of a pair.
@@ -80,11 +80,11 @@ pub struct Partner {
     pub code: String,
     /// The instruction.
     #[serde(skip)]
-    pub place: Place,
+    pub place: InstSite,
 }
 
 impl Pairs {
-    pub(super) fn add(&mut self, magnifies: Place, rounds: Place, error: f64) {
+    pub(super) fn add(&mut self, magnifies: InstSite, rounds: InstSite, error: f64) {
         if error > 0.0 {
             *self.found.entry((magnifies, rounds)).or_default() += error;
         }
@@ -98,8 +98,8 @@ impl Pairs {
 
     /// The partner of an instruction on one side, if at least half of the error of its pairs has to do with
     /// one line. Its instruction is the one of that line with the largest part.
-    pub(super) fn partner(&self, side: Side, of: &Place, sources: &SourceMap) -> Option<Partner> {
-        let mut lines: BTreeMap<(String, u32), (f64, f64, &Place)> = BTreeMap::new();
+    pub(super) fn partner(&self, side: Side, of: &InstSite, sources: &SourceMap) -> Option<Partner> {
+        let mut lines: BTreeMap<(String, u32), (f64, f64, &InstSite)> = BTreeMap::new();
         let mut all = 0.0;
         for ((magnifies, rounds), error) in &self.found {
             let (own, other) = if side == Side::Rounds { (magnifies, rounds) } else { (rounds, magnifies) };
@@ -129,7 +129,7 @@ const CODE: usize = 40;
 
 impl Partner {
     /// The partner as the noun of a sentence about another instruction.
-    pub(super) fn words(&self, of: &Place, sources: &SourceMap) -> String {
+    pub(super) fn words(&self, of: &InstSite, sources: &SourceMap) -> String {
         let Partner { file, line, code, .. } = self;
         match sources.place(of.span) {
             Some(at) if (&at.file, at.line) == (file, *line) => format!("`{code}` in the same line"),

@@ -91,14 +91,14 @@ impl Exact {
 }
 
 /// A type that an operation takes or returns.
-trait Part: Sized {
+trait LaneType: Sized {
     fn of(value: &Exact) -> Option<Self>;
     fn put(self) -> Exact;
 }
 
 macro_rules! part {
     ($($ty:ty => $variant:ident, $x:ident, $read:expr, $write:expr;)*) => {$(
-        impl Part for $ty {
+        impl LaneType for $ty {
             fn of(value: &Exact) -> Option<Self> {
                 match value {
                     Exact::$variant($x) => Some($read),
@@ -145,22 +145,22 @@ macro_rules! row {
     ($args:ident, $path:path, ($a:ident) -> $o:ident) => {{
         let [a] = $args else { return None };
         let f: fn(lane!($a)) -> lane!($o) = $path;
-        Some(f(Part::of(a)?).put())
+        Some(f(LaneType::of(a)?).put())
     }};
     ($args:ident, $path:path, ($a:ident, $b:ident) -> $o:ident) => {{
         let [a, b] = $args else { return None };
         let f: fn(lane!($a), lane!($b)) -> lane!($o) = $path;
-        Some(f(Part::of(a)?, Part::of(b)?).put())
+        Some(f(LaneType::of(a)?, LaneType::of(b)?).put())
     }};
     ($args:ident, $path:path, ($a:ident, $b:ident, $c:ident) -> $o:ident) => {{
         let [a, b, c] = $args else { return None };
         let f: fn(lane!($a), lane!($b), lane!($c)) -> lane!($o) = $path;
-        Some(f(Part::of(a)?, Part::of(b)?, Part::of(c)?).put())
+        Some(f(LaneType::of(a)?, LaneType::of(b)?, LaneType::of(c)?).put())
     }};
     ($args:ident, $path:path, ($a:ident, $b:ident, $c:ident, $d:ident) -> $o:ident) => {{
         let [a, b, c, d] = $args else { return None };
         let f: fn(lane!($a), lane!($b), lane!($c), lane!($d)) -> lane!($o) = $path;
-        Some(f(Part::of(a)?, Part::of(b)?, Part::of(c)?, Part::of(d)?).put())
+        Some(f(LaneType::of(a)?, LaneType::of(b)?, LaneType::of(c)?, LaneType::of(d)?).put())
     }};
 }
 

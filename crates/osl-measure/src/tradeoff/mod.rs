@@ -233,7 +233,7 @@ pub fn tradeoff(request: &Request<'_>) -> Result<Trade, RunError> {
         for setting in &variant.settings {
             let too_fine = matches!(setting, Setting::Samples(n) if 2 * n > samples);
             if !too_fine && setting.cost() * once <= SHARES.1 * budget / 4.0 {
-                tried.push(Tried { variant, setting: *setting, times: Vec::new(), image: None });
+                tried.push(SettingRun { variant, setting: *setting, times: Vec::new(), image: None });
             }
         }
     }
@@ -283,7 +283,7 @@ fn best<'r, 'a>(request: &'r Request<'a>) -> Result<(&'r str, &'r Shading<'a>), 
 }
 
 /// A setting in progress.
-struct Tried<'r, 'a> {
+struct SettingRun<'r, 'a> {
     variant: &'r Variant<'a>,
     setting: Setting,
     times: Vec<f64>,
@@ -291,7 +291,7 @@ struct Tried<'r, 'a> {
 }
 
 /// Runs all settings in turns for about `seconds`. Returns the number of rounds.
-fn time(tried: &mut [Tried<'_, '_>], seconds: f64) -> Result<usize, RunError> {
+fn time(tried: &mut [SettingRun<'_, '_>], seconds: f64) -> Result<usize, RunError> {
     let started = Instant::now();
     let mut repeats = 0;
     while repeats < REPEATS.1 {
@@ -311,7 +311,7 @@ fn time(tried: &mut [Tried<'_, '_>], seconds: f64) -> Result<usize, RunError> {
     Ok(repeats)
 }
 
-fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
+fn rows(tried: &[SettingRun<'_, '_>], size: (usize, usize)) -> Vec<Row> {
     let pixels = (size.0 * size.1).max(1) as f64;
     let median = |times: &[f64]| {
         let mut sorted = times.to_vec();
@@ -322,7 +322,7 @@ fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
         .iter()
         .find(|one| one.setting == Setting::Samples(1))
         .map_or(f64::NAN, |one| median(&one.times));
-    let row = |one: &Tried<'_, '_>| {
+    let row = |one: &SettingRun<'_, '_>| {
         let middle = median(&one.times);
         let low = one.times.iter().copied().fold(f64::INFINITY, f64::min);
         let high = one.times.iter().copied().fold(0.0, f64::max);
@@ -339,7 +339,12 @@ fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
     tried.iter().map(row).collect()
 }
 
-fn judge(reach: &Reach, truth: &Oracle, tried: &[Tried<'_, '_>], (width, rows): (usize, &[Row])) -> Output {
+fn judge(
+    reach: &Reach,
+    truth: &Oracle,
+    tried: &[SettingRun<'_, '_>],
+    (width, rows): (usize, &[Row]),
+) -> Output {
     let range = reach.planes.clone();
     let pick = |list: &[Vec<f32>]| list.get(range.clone()).unwrap_or(&[]).to_vec();
     let own = Oracle {
@@ -349,7 +354,7 @@ fn judge(reach: &Reach, truth: &Oracle, tried: &[Tried<'_, '_>], (width, rows): 
         errors: pick(&truth.errors),
         said: Frame::default(),
     };
-    let values = |one: &Tried<'_, '_>| -> Vec<Vec<f32>> {
+    let values = |one: &SettingRun<'_, '_>| -> Vec<Vec<f32>> {
         let planes = one.image.as_ref().and_then(|image| image.frame.planes.get(range.clone()));
         planes.unwrap_or(&[]).iter().map(Plane::floats).collect()
     };

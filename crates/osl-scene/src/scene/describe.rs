@@ -1,7 +1,7 @@
 //! Converts nodes to a description: camera, surfaces, lights, sky; all other nodes are shaders.
 
 use super::fields::Fields;
-use super::message::{Messages, Place};
+use super::message::{Messages, SceneLocation};
 use super::polygons::Polygons;
 use super::text::Node;
 use crate::camera::Camera;
@@ -12,7 +12,7 @@ use glam::{Mat4, Vec3};
 #[derive(Clone, Debug, Default)]
 pub struct Description {
     /// The file as a whole, for messages about missing parts.
-    pub place: Place,
+    pub place: SceneLocation,
     /// How to render the scene.
     pub settings: Settings,
     /// The camera, independent of the picture's size; `None` if the file has none.
@@ -55,7 +55,7 @@ pub struct Surface {
     /// Its name.
     pub name: String,
     /// Its location in the file.
-    pub place: Place,
+    pub place: SceneLocation,
     /// Its shape, in object space.
     pub form: Form,
     /// From object to common space, for column vectors.
@@ -102,7 +102,7 @@ pub struct SkyNode {
     /// Its name.
     pub name: String,
     /// Its location in the file.
-    pub place: Place,
+    pub place: SceneLocation,
     /// Its color, if no shader computes it.
     pub color: Vec3,
     /// The node whose shader computes its color.
@@ -112,7 +112,7 @@ pub struct SkyNode {
 }
 
 /// Sorts the nodes of a file by purpose.
-pub(super) fn describe(place: Place, nodes: Vec<Node>, messages: &mut Messages) -> Description {
+pub(super) fn describe(place: SceneLocation, nodes: Vec<Node>, messages: &mut Messages) -> Description {
     let mut scene = Description { place, ..Description::default() };
     for node in nodes {
         let mut fields = Fields::new(&node, messages);

@@ -1,6 +1,6 @@
 //! Reads the parameters of a node by name and type, and reports those that are unused.
 
-use super::message::{Messages, Place};
+use super::message::{Messages, SceneLocation};
 use super::text::{Node, Param, Value, Word};
 use glam::{Mat4, Vec3};
 
@@ -148,7 +148,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    pub(super) fn place(&self) -> &'a Place {
+    pub(super) fn place(&self) -> &'a SceneLocation {
         &self.node.place
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// A location in a scene file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Place {
+pub struct SceneLocation {
     /// The file, as it was requested.
     pub file: Arc<str>,
     /// Its line, from 1; 0 means the file as a whole.
@@ -20,7 +20,7 @@ pub struct Message {
     /// Whether it prevents rendering.
     pub error: bool,
     /// Its location.
-    pub place: Place,
+    pub place: SceneLocation,
     /// Its text.
     pub text: String,
 }
@@ -28,7 +28,7 @@ pub struct Message {
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = if self.error { "error" } else { "warning" };
-        let Place { file, line } = &self.place;
+        let SceneLocation { file, line } = &self.place;
         match line {
             0 => write!(f, "{file}: {kind}: {}", self.text),
             _ => write!(f, "{file}:{line}: {kind}: {}", self.text),
@@ -56,17 +56,17 @@ impl Messages {
     }
 
     /// Adds an error.
-    pub fn error(&mut self, place: &Place, text: impl Into<String>) {
+    pub fn error(&mut self, place: &SceneLocation, text: impl Into<String>) {
         self.errors += 1;
         self.add(true, place, text.into());
     }
 
     /// Adds a warning.
-    pub fn warning(&mut self, place: &Place, text: impl Into<String>) {
+    pub fn warning(&mut self, place: &SceneLocation, text: impl Into<String>) {
         self.add(false, place, text.into());
     }
 
-    fn add(&mut self, error: bool, place: &Place, text: String) {
+    fn add(&mut self, error: bool, place: &SceneLocation, text: String) {
         // The first error is kept regardless of earlier messages.
         if (self.list.len() as u64) < self.limits.scenes.messages || (error && self.errors == 1) {
             self.list.push(Message { error, place: place.clone(), text });
@@ -85,7 +85,7 @@ impl Messages {
 }
 
 /// Reports the messages of a shader that ran while the scene was built.
-pub(super) fn say(frame: &Frame, place: &Place, messages: &mut Messages) {
+pub(super) fn say(frame: &Frame, place: &SceneLocation, messages: &mut Messages) {
     for (error, text) in frame.said(|_| String::new()) {
         if error { messages.error(place, text) } else { messages.warning(place, text) }
     }

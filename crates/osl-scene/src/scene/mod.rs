@@ -15,7 +15,7 @@ mod text;
 
 pub use build::{Surroundings, build};
 pub use describe::{Description, Form, Settings, SkyNode, Surface};
-pub use message::{Message, Messages, Place};
+pub use message::{Message, Messages, SceneLocation};
 pub use network::{Network, Networks, Use};
 pub use polygons::Polygons;
 pub use text::{Node, Param, Value, Word};
@@ -40,7 +40,7 @@ pub fn read(file: &str, text: &str, files: &dyn SceneFiles, messages: &mut Messa
     if messages.failed() {
         return Description::default();
     }
-    describe::describe(Place { file: file.into(), line: 0 }, nodes, messages)
+    describe::describe(SceneLocation { file: file.into(), line: 0 }, nodes, messages)
 }
 
 struct Reading<'a> {
@@ -57,7 +57,7 @@ impl Reading<'_> {
         self.count += 1;
         let limits = self.messages.limits().scenes;
         if self.bytes as u64 > limits.bytes {
-            let place = Place { file: file.clone(), line: 1 };
+            let place = SceneLocation { file: file.clone(), line: 1 };
             let most = limits.bytes;
             let text = format!("a scene has at most {most} bytes (--limit scenes.bytes=N)");
             self.messages.error(&place, text);

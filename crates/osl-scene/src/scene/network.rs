@@ -5,7 +5,7 @@
 //! always that string.
 
 use super::describe::Description;
-use super::message::{Messages, Place};
+use super::message::{Messages, SceneLocation};
 use super::text::{Node, Param, Value};
 use osl_exec::Program;
 use osl_hir::hir;
@@ -97,7 +97,7 @@ impl<'a> Networks<'a> {
     /// its value.
     pub fn give(&mut self, values: &'a [(String, String)], messages: &mut Messages) {
         for (path, text) in values {
-            let place = Place { file: format!("-p {path}={text}").into(), line: 0 };
+            let place = SceneLocation { file: format!("-p {path}={text}").into(), line: 0 };
             // The name of a node may have dots.
             let found = self
                 .nodes
@@ -124,7 +124,7 @@ impl<'a> Networks<'a> {
         &mut self,
         name: &str,
         purpose: Use,
-        place: &Place,
+        place: &SceneLocation,
         messages: &mut Messages,
     ) -> Option<Network> {
         let Some(node) = self.nodes.get(name).copied() else {
@@ -264,7 +264,7 @@ impl Building<'_, '_> {
         }
         for (_, param, text) in &given {
             if let Err(why) = params::set(&program, &mut values, param, text) {
-                let place = Place { file: format!("-p {name}.{param}={text}").into(), line: 0 };
+                let place = SceneLocation { file: format!("-p {name}.{param}={text}").into(), line: 0 };
                 self.messages.error(&place, why.to_string());
             }
         }

@@ -5,7 +5,7 @@
 //! the bytes of little-endian floats in base64. `#` begins a comment. This module must not know which nodes
 //! exist.
 
-use super::message::{Messages, Place};
+use super::message::{Messages, SceneLocation};
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -17,7 +17,7 @@ pub struct Node {
     /// Its type: `polymesh`, or the name of a shader.
     pub kind: String,
     /// Where it begins.
-    pub place: Place,
+    pub place: SceneLocation,
     /// Its parameters, in order.
     pub params: Vec<Param>,
 }
@@ -28,7 +28,7 @@ pub struct Param {
     /// Its name.
     pub name: String,
     /// Its location.
-    pub place: Place,
+    pub place: SceneLocation,
     /// Its value.
     pub value: Value,
 }
@@ -59,7 +59,7 @@ pub(super) enum Item {
     /// A node.
     Node(Node),
     /// The name of an included file, whose items belong here.
-    Include(String, Place),
+    Include(String, SceneLocation),
 }
 
 /// Reads a text. Invalid parts are skipped with an error.
@@ -179,8 +179,8 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn place(&self, token: &Token) -> Place {
-        Place { file: self.file.clone(), line: token.line }
+    fn place(&self, token: &Token) -> SceneLocation {
+        SceneLocation { file: self.file.clone(), line: token.line }
     }
 
     fn next(&mut self) -> Option<Token> {
@@ -209,7 +209,7 @@ impl Reader<'_> {
         while self.next().is_some_and(|t| !t.is("}")) {}
     }
 
-    fn node(&mut self, kind: Token, place: Place) -> Option<Node> {
+    fn node(&mut self, kind: Token, place: SceneLocation) -> Option<Node> {
         if self.next_if(|t| t.is("{")).is_none() {
             self.messages.error(&place, format!("`{}` is followed by no `{{`", kind.text));
             return None;

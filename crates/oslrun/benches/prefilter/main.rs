@@ -30,7 +30,7 @@ mod truth;
 
 use osl::stages;
 use osl_exec::{Program, RunOptions, Services};
-use osl_ir::passes::{self, Place, Prefilter};
+use osl_ir::passes::{self, FilterSite, Prefilter};
 use osl_measure::sample::{Filter, Guard, Pattern, Shading, filtered};
 use osl_scene::Grid;
 use shaders::{Shader, root, shaders};
@@ -101,7 +101,7 @@ fn deviations(truth: &Truth, plain: &Shading<'_>) -> Vec<Vec<f32>> {
 fn measure(shader: &Shader, side: usize, services: &Services, quick: bool) {
     let (body, options) = shader.lowered();
     let plain = stages::finish(body.clone(), &options).program;
-    let compile = |left: &[Place]| -> Program {
+    let compile = |left: &[FilterSite]| -> Program {
         let prefilter = Some(Prefilter { scale: 1.0, left: left.to_vec() });
         stages::finish(body.clone(), &passes::Options { prefilter, ..options.clone() }).program
     };

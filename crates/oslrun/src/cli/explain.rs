@@ -3,7 +3,7 @@
 use super::Failure;
 use super::args::{self, RunArgs};
 use super::json::json;
-use super::load::{self, Loaded, Request};
+use super::load::{self, LoadedShader, Request};
 use super::session::{grid, services};
 use super::{data, surface};
 use clap::Args;
@@ -11,7 +11,7 @@ use osl_exec::{PointSource, Services};
 use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_measure::explain::text::{self, Style};
-use osl_measure::explain::{self, Explanation, Part, Subject, cost};
+use osl_measure::explain::{self, Explanation, Selection, Subject, cost};
 use osl_measure::trace::{self, OnePoint};
 use osl_scene::{Grid, WithData};
 use std::io::Write;
@@ -60,8 +60,13 @@ pub(super) struct ExplainArgs {
 
 impl ExplainArgs {
     /// What to show of the explanation.
-    fn part(&self) -> Part {
-        Part { variables: self.var.clone(), lines: self.line.clone(), call: self.call, depth: self.depth }
+    fn part(&self) -> Selection {
+        Selection {
+            variables: self.var.clone(),
+            lines: self.line.clone(),
+            call: self.call,
+            depth: self.depth,
+        }
     }
 }
 
@@ -98,7 +103,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
 /// The explanation of a pixel as JSON, as the command prints it without further options.
 pub(super) fn pixel_json(run: &RunArgs, at: (usize, usize), err: &mut dyn Write) -> Result<String, Failure> {
     let (loaded, noted) = load::load_noted(&Request::of(run), err)?;
-    match found(run, (&loaded, noted), (Some(at), None), false, &Part::default())? {
+    match found(run, (&loaded, noted), (Some(at), None), false, &Selection::default())? {
         Some((explanation, _)) => json(&explanation),
         None => Err(Failure::new("there is no such point")),
     }
@@ -108,10 +113,10 @@ pub(super) fn pixel_json(run: &RunArgs, at: (usize, usize), err: &mut dyn Write)
 /// in words.
 fn found(
     run: &RunArgs,
-    (loaded, noted): (&Loaded, Body),
+    (loaded, noted): (&LoadedShader, Body),
     (at, uv): (Option<(usize, usize)>, Option<&args::values::Pair>),
     derivatives: bool,
-    part: &Part,
+    part: &Selection,
 ) -> Result<Option<(Explanation, String)>, Failure> {
     let told = |point: OnePoint<'_>, services: &Services, place: String| {
         let explanation = told(run, (loaded, noted), point, services, derivatives, part)?;
@@ -175,11 +180,11 @@ fn options(run: &RunArgs, points: &dyn PointSource) -> passes::Options {
 /// Follows the point.
 fn told(
     run: &RunArgs,
-    (loaded, noted): (&Loaded, Body),
+    (loaded, noted): (&LoadedShader, Body),
     point: OnePoint<'_>,
     services: &Services,
     derivatives: bool,
-    part: &Part,
+    part: &Selection,
 ) -> Result<Explanation, Failure> {
     let options = options(run, point.source);
     let subject = Subject::new(noted, &options, &loaded.sources);

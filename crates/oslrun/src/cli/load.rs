@@ -13,7 +13,7 @@ use osl_ir::types::Type;
 use osl_limits::Limits;
 use osl_lower::group::{Group, Layer};
 use osl_lower::params::{self, ParamError, ParamValues};
-use osl_lower::taps::{self, Tap, Wanted};
+use osl_lower::taps::{self, Tap, TapPath};
 use osl_lower::{Last, Requests};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
@@ -34,7 +34,7 @@ pub(super) fn is_group(file: &Path) -> bool {
 const GROUP_ENDINGS: [&str; 3] = ["group", "oslgroup", "txt"];
 
 /// A loaded shader or group.
-pub(super) struct Loaded {
+pub(super) struct LoadedShader {
     /// The files of the positions in the body.
     pub(super) sources: SourceMap,
     /// The body, specialised for the given parameter values.
@@ -57,7 +57,7 @@ pub(super) struct Loaded {
     given: ParamValues,
 }
 
-impl Loaded {
+impl LoadedShader {
     /// The outputs to compute, if not all: those that the command line names, and those of taps.
     pub(super) fn outputs(&self, run: &RunArgs) -> Option<Vec<Arc<str>>> {
         let named = run.outputs.iter().flatten().map(|name| Arc::from(name.as_str()));
@@ -104,7 +104,7 @@ pub(super) struct Request<'a> {
     pub(super) params: &'a [(String, String)],
     pub(super) outputs: Option<&'a [String]>,
     /// Variables at a line that become outputs.
-    pub(super) taps: &'a [Wanted],
+    pub(super) taps: &'a [TapPath],
     /// Further taps of a single shader, from what it is found to do.
     pub(super) more_taps: Option<&'a MoreTaps<'a>>,
     /// An output that is needed but not shown.
@@ -143,12 +143,15 @@ impl Request<'_> {
 }
 
 /// Reads, resolves and lowers the shader or group, and reports its diagnostics.
-pub(super) fn load(request: &Request<'_>, err: &mut dyn Write) -> Result<Loaded, Failure> {
+pub(super) fn load(request: &Request<'_>, err: &mut dyn Write) -> Result<LoadedShader, Failure> {
     load_as(request, false, err)
 }
 
 /// The same, with notes on the source's statements.
-pub(super) fn load_noted(request: &Request<'_>, err: &mut dyn Write) -> Result<(Loaded, Body), Failure> {
+pub(super) fn load_noted(
+    request: &Request<'_>,
+    err: &mut dyn Write,
+) -> Result<(LoadedShader, Body), Failure> {
     let mut loaded = load_as(request, true, err)?;
     let noted = loaded.noted.take().unwrap_or_else(|| loaded.body.clone());
     Ok((loaded, noted))
@@ -171,7 +174,7 @@ pub(super) fn lowered_again(program: &hir::Program, request: &Request<'_>, notes
 /// The body of a loaded shader in which these parameters, with their first values, are inputs; and the names
 /// of the inputs.
 pub(super) fn lowered_open(
-    loaded: &Loaded,
+    loaded: &LoadedShader,
     request: &Request<'_>,
     open: &[(&str, &str)],
 ) -> Result<(Body, Vec<Arc<str>>), Failure> {
@@ -194,7 +197,7 @@ pub(super) fn lowered_open(
     Ok((body, inputs))
 }
 
-fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
+fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<LoadedShader, Failure> {
     let most = request.read.limits.limits().running.points;
     if request.points as u64 > most {
         let points = request.points;
@@ -207,7 +210,12 @@ fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Lo
     }
 }
 
-fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
+fn shader(
+    path: &Path,
+    request: &Request<'_>,
+    notes: bool,
+    err: &mut dyn Write,
+) -> Result<LoadedShader, Failure> {
     let mut input = input::read(path, request.read)?;
     input.files = input.files.or_anywhere(request.allow_files);
     if let Some(write) = request.repair {
@@ -246,7 +254,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     // A function that is not called has none of the taps that were found in it.
     let exists = |name: &Arc<str>| body.outputs.iter().any(|output| output.name == *name);
     tapped.extend(names_of(more, &body).into_iter().filter(exists));
-    Ok(Loaded { sources, body, name, folder, program, texts, tapped, noted, layers: None, given })
+    Ok(LoadedShader { sources, body, name, folder, program, texts, tapped, noted, layers: None, given })
 }
 
 /// The names of the outputs of taps, as they are requested: a struct's name stands for its fields.
@@ -277,7 +285,7 @@ fn requests(others: Vec<Arc<str>>, request: &Request<'_>) -> Requests {
 }
 
 /// The taps, each once, in the layers of a group or in the only one.
-fn taps(list: &[Wanted], layers: &[(&hir::Program, u32)], sources: &SourceMap) -> Result<Vec<Tap>, Failure> {
+fn taps(list: &[TapPath], layers: &[(&hir::Program, u32)], sources: &SourceMap) -> Result<Vec<Tap>, Failure> {
     let mut taps: Vec<Tap> = Vec::new();
     for wanted in list {
         let found = taps::find_in(wanted, layers, sources);
@@ -314,7 +322,12 @@ fn outputs_of(program: &hir::Program) -> Vec<&str> {
     outputs.filter_map(|p| program.vars.get(p.var.0 as usize)).map(|v| &*v.name).collect()
 }
 
-fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
+fn group(
+    request: &Request<'_>,
+    is_group: bool,
+    notes: bool,
+    err: &mut dyn Write,
+) -> Result<LoadedShader, Failure> {
     let network = request.network;
     let mut text = String::new();
     let mut file = "<group>".to_string();
@@ -387,7 +400,18 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     let folder = TextureFiles { folder, typed };
     let (sources, given) = (checked.sources, ParamValues::default());
     let tapped = names_of(&requests.taps, &body);
-    Ok(Loaded { sources, body, name, folder, program, texts, tapped, noted, layers: Some(group), given })
+    Ok(LoadedShader {
+        sources,
+        body,
+        name,
+        folder,
+        program,
+        texts,
+        tapped,
+        noted,
+        layers: Some(group),
+        given,
+    })
 }
 
 /// The layer of `layer.name`, or the last one for another name; and the name there.

@@ -5,7 +5,7 @@ use super::args::RunArgs;
 use super::args::values::seconds;
 use super::clock::Clock;
 use super::json::json;
-use super::load::{self, Loaded, Request};
+use super::load::{self, LoadedShader, Request};
 use super::session::{busy, grid, grid_spaces, options, services, stopped};
 use super::{Failure, data_url, input, repair};
 use clap::Args;
@@ -15,7 +15,7 @@ use osl_exec::RunError;
 use osl_image::Transfer;
 use osl_limits::Halt;
 use osl_lower::params::{self, ParamValues};
-use osl_measure::lod::{self, Given, Report, Stop};
+use osl_measure::lod::{self, GivenParam, Report, Stop};
 use osl_measure::stability::fix::Built;
 use osl_syntax::escape::shown;
 use std::io::Write;
@@ -90,7 +90,7 @@ pub(super) fn lod(args: &LodArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let path = suits(args)?;
     let clock = Clock::new(args.budget);
     let request = Request { repair: run.repair.then_some(None), ..Request::of(run) };
-    let Loaded { sources, body, folder, .. } = load::load(&request, err)?;
+    let LoadedShader { sources, body, folder, .. } = load::load(&request, err)?;
     let mut input = input::read(path, &run.read)?;
     input.files = input.files.or_anywhere(run.allow_files);
     if run.repair {
@@ -152,7 +152,7 @@ fn suits(args: &LodArgs) -> Result<&Path, Failure> {
 }
 
 /// The values that were given for parameters.
-fn given(program: &osl_hir::hir::Program, values: &[(String, String)]) -> Result<Vec<Given>, Failure> {
+fn given(program: &osl_hir::hir::Program, values: &[(String, String)]) -> Result<Vec<GivenParam>, Failure> {
     let mut given = ParamValues::default();
     for (name, text) in values {
         params::set(program, &mut given, name, text).map_err(Failure::new)?;

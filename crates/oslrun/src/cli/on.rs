@@ -4,7 +4,7 @@
 //! picture with alpha: colors stay colors, numbers become masks, and normals become normal maps.
 
 use super::args::RunArgs;
-use super::load::Loaded;
+use super::load::LoadedShader;
 use super::ranges::{Ranges, summary};
 use super::sampling::Plan;
 use super::shading::Report;
@@ -21,7 +21,7 @@ use std::time::Instant;
 /// Shades a view of a surface and writes it.
 pub(super) fn run(
     args: &RunArgs,
-    loaded: &Loaded,
+    loaded: &LoadedShader,
     started: Instant,
     about: Option<&mut About>,
     streams: &mut Streams<'_>,

@@ -152,7 +152,7 @@ pub(super) struct Tallied {
 
 /// What is wanted of a run besides its image.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted {
+pub(super) struct RunRequest {
     /// The closures.
     pub(super) closures: bool,
     /// The range of each output.
@@ -163,7 +163,7 @@ pub(super) struct Wanted {
 
 impl Tallied {
     /// Adds the values of these planes.
-    pub(super) fn count(&mut self, planes: &[Plane], wanted: Wanted, args: &RunArgs) {
+    pub(super) fn count(&mut self, planes: &[Plane], wanted: RunRequest, args: &RunArgs) {
         if wanted.ranges {
             self.ranges.add(planes);
         }
@@ -330,7 +330,7 @@ pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broke
 /// whole image.
 pub(super) fn only_ranges(
     image: &mut dyn Rows,
-    wanted: Wanted,
+    wanted: RunRequest,
     args: &RunArgs,
 ) -> Result<Option<(Frame, Tallied)>, Broken> {
     let (width, height) = args.size();
@@ -359,7 +359,7 @@ pub(super) fn only_ranges(
 pub(super) fn stream(
     image: &mut (dyn Rows + Send),
     path: &Path,
-    wanted: Wanted,
+    wanted: RunRequest,
     args: &RunArgs,
 ) -> Result<(Frame, Duration, Unsaved, Tallied), Broken> {
     let (width, height) = args.size();

@@ -9,7 +9,7 @@ use super::software::{self, SOFTWARE};
 use clap::Args;
 use osl_files::Unsaved;
 use osl_image::{
-    BitDepth, ExrCompression, ExrOptions, ImageFormat, Layer, LayerKind, Part, PngOptions, SampleType,
+    BitDepth, DataWindow, ExrCompression, ExrOptions, ImageFormat, Layer, LayerKind, PngOptions, SampleType,
     Transfer, png_samples,
 };
 use osl_ir::types::Type;
@@ -46,7 +46,7 @@ pub(super) struct Stored<'a> {
     /// The compression of EXR files.
     pub(super) compression: ExrCompression,
     /// The larger picture that EXR files are a part of.
-    pub(super) part: Option<Part>,
+    pub(super) part: Option<DataWindow>,
     /// The command line, for EXR files.
     pub(super) command: Option<&'a str>,
 }

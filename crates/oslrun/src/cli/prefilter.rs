@@ -8,13 +8,13 @@ use super::session::{grid, on_threads, options, stopped};
 use osl::stages;
 use osl_exec::{RunOptions, Services};
 use osl_ir::ir::Body;
-use osl_ir::passes::{self, Place, Prefilter};
+use osl_ir::passes::{self, FilterSite, Prefilter};
 use osl_measure::sample::{Filter, Filtered, Pattern, Shading, Surface, filtered};
 use osl_scene::WithData;
 use osl_syntax::source::SourceMap;
 
 /// What a decision is made for.
-pub(super) struct Wanted<'a> {
+pub(super) struct DecisionInput<'a> {
     pub(super) services: &'a Services,
     /// The points of the whole picture, because a part of it must have the same values.
     pub(super) surface: &'a dyn Surface,
@@ -25,7 +25,7 @@ pub(super) struct Wanted<'a> {
     pub(super) may_guard: bool,
 }
 
-impl Wanted<'_> {
+impl DecisionInput<'_> {
     /// Decides what is filtered of a lowered program with these passes. Without any place there is nothing to
     /// filter.
     pub(super) fn chosen(
@@ -34,7 +34,7 @@ impl Wanted<'_> {
         passes: &passes::Options,
     ) -> Result<(Option<Prefilter>, Filtered), osl_exec::RunError> {
         let scale = 1.0 / (self.samples as f32).sqrt();
-        let compile = |left: &[Place]| {
+        let compile = |left: &[FilterSite]| {
             let prefilter = Some(Prefilter { scale, left: left.to_vec() });
             stages::finish(body.clone(), &passes::Options { prefilter, ..passes.clone() }).program
         };
@@ -66,7 +66,7 @@ pub(super) fn of_run(
 ) -> Result<(Option<Prefilter>, Filtered), Failure> {
     let surface = WithData { data: data.data.clone(), points: grid(args) };
     let options = options(args);
-    let wanted = Wanted { services, surface: &surface, options: &options, filter, samples, may_guard };
+    let wanted = DecisionInput { services, surface: &surface, options: &options, filter, samples, may_guard };
     let found = on_threads(args.threads, || wanted.chosen(body, passes))?;
     found.map_err(|stop| stopped(&stop, sources))
 }

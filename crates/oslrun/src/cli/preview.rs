@@ -8,7 +8,7 @@ use super::args::RunArgs;
 use super::args::bounds::displayed;
 use super::args::heading;
 use super::args::values::{Gained, STDOUT, gained};
-use super::load::Loaded;
+use super::load::LoadedShader;
 use super::picture::{Stored, ViewArgs};
 use super::render::stats;
 use super::roles::{Asked, Roles};
@@ -83,7 +83,7 @@ const DEPTH: u32 = 1;
 /// Renders a preview and writes it.
 pub(super) fn run(
     (args, lit): (&RunArgs, &PreviewArgs),
-    mut loaded: Loaded,
+    mut loaded: LoadedShader,
     started: Instant,
     about: Option<&mut About>,
     streams: &mut Streams<'_>,
@@ -167,7 +167,7 @@ pub(super) fn run(
 }
 
 /// The roles of the outputs.
-fn roles(args: &RunArgs, lit: &PreviewArgs, loaded: &Loaded) -> Result<Roles, Failure> {
+fn roles(args: &RunArgs, lit: &PreviewArgs, loaded: &LoadedShader) -> Result<Roles, Failure> {
     let asked = Asked {
         base: lit.base.as_deref(),
         bump: lit.bump.as_ref(),
@@ -188,7 +188,7 @@ fn own(name: &str) -> Result<(Arc<hir::Program>, SourceMap), Failure> {
 }
 
 /// The body of the shader, followed by a material that its outputs feed.
-fn material(loaded: &mut Loaded, roles: &Roles, args: &RunArgs) -> Result<Body, Failure> {
+fn material(loaded: &mut LoadedShader, roles: &Roles, args: &RunArgs) -> Result<Body, Failure> {
     let limits = args.read.limits.limits();
     let mut group = loaded.group(limits);
     let last = group.layers().last().map(|layer| layer.name.to_string());

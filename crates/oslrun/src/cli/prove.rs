@@ -4,7 +4,7 @@ use super::args::RunArgs;
 use super::args::values::seconds;
 use super::clock::Clock;
 use super::json::json;
-use super::load::{self, Loaded, Request};
+use super::load::{self, LoadedShader, Request};
 use super::session::{grid, grid_spaces, options, services};
 use super::{Failure, data};
 use clap::Args;
@@ -106,7 +106,7 @@ pub(super) fn bounds(args: &ProveArgs, out: &mut dyn Write, err: &mut dyn Write)
     let mut domain = Domain::of_patch(run.uv_scale.0, run.uv_offset.0);
     let body = opened(args, &loaded, &request, &mut domain)?;
     let outputs = loaded.outputs(run);
-    let Loaded { sources, folder, name, .. } = loaded;
+    let LoadedShader { sources, folder, name, .. } = loaded;
     let services = services(run, folder, grid_spaces(run));
     let points = WithData { data: data::read(run)?, points: grid(run) };
     let options = passes::Options {
@@ -128,7 +128,7 @@ pub(super) fn bounds(args: &ProveArgs, out: &mut dyn Write, err: &mut dyn Write)
 /// The body in which the parameters with a range are inputs.
 fn opened(
     args: &ProveArgs,
-    loaded: &Loaded,
+    loaded: &LoadedShader,
     request: &Request<'_>,
     domain: &mut Domain,
 ) -> Result<Body, Failure> {

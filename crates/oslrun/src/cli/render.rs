@@ -323,11 +323,11 @@ struct Library<'a> {
     files: Folders<'a>,
     options: osl_syntax::Options,
     sources: SourceMap,
-    known: HashMap<String, Result<Known, String>>,
+    known: HashMap<String, Result<LayerSource, String>>,
     diagnostics: Vec<Diagnostic>,
 }
 
-struct Known {
+struct LayerSource {
     program: Arc<hir::Program>,
     sources: SourceMap,
 }
@@ -344,13 +344,13 @@ impl<'a> Library<'a> {
         }
     }
 
-    fn read(&mut self, name: &str) -> Result<Known, String> {
+    fn read(&mut self, name: &str) -> Result<LayerSource, String> {
         let (file, text) = self.files.find(name)?;
         let checked = stages::check(&file, &text, self.files.includes(), &self.options);
         let base = self.sources.append(&checked.sources).ok_or("the sources have more than 4 GiB")?;
         self.diagnostics.extend(checked.diagnostics.into_iter().map(|d| stages::moved(d, base)));
         let program = checked.program.ok_or_else(|| format!("{file} has errors"))?;
-        Ok(Known { program: Arc::new(program), sources: checked.sources })
+        Ok(LayerSource { program: Arc::new(program), sources: checked.sources })
     }
 }
 

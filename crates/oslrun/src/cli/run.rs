@@ -1,8 +1,8 @@
 //! `oslrun FILE -o OUT`: compiles a shader, runs it on the grid, and writes the image.
 
 use super::args::RunArgs;
-use super::load::{self, Loaded, MoreTaps, Request};
-use super::output::{Broken, Tallied, Wanted};
+use super::load::{self, LoadedShader, MoreTaps, Request};
+use super::output::{Broken, RunRequest, Tallied};
 use super::prefilter;
 use super::preview::{self, PreviewArgs};
 use super::ranges::summary;
@@ -113,7 +113,7 @@ pub(super) fn run(
         return on::run(args, &loaded, started, about, streams);
     }
     let outputs = loaded.outputs(args);
-    let Loaded { sources, mut body, name, folder, texts, tapped: taps, .. } = loaded;
+    let LoadedShader { sources, mut body, name, folder, texts, tapped: taps, .. } = loaded;
     let points = WithData { data: data::read(args)?, points: points(args) };
     let mut options = passes::Options {
         outputs,
@@ -168,7 +168,7 @@ pub(super) fn run(
         && about.is_none()
         && kept.is_none();
     let values = closures || args.histogram || kept.is_some();
-    let wanted = Wanted { closures, ranges: is_shown || about.is_some(), values };
+    let wanted = RunRequest { closures, ranges: is_shown || about.is_some(), values };
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref(), guard };
     if let Some(First { grid, show }) = first {
         let args = RunArgs { grid: *grid, ..args.clone() };
@@ -176,7 +176,7 @@ pub(super) fn run(
         let services = Services { textures, ..session::services(&args, folder, grid_spaces(&args)) };
         let points = WithData { data: points.data.clone(), points: session::points(&args) };
         // One sample for each pixel is enough. If it fails, the whole grid says why.
-        let plan = (Plan::Plain, Wanted { closures, ranges: false, values: true }, started);
+        let plan = (Plan::Plain, RunRequest { closures, ranges: false, values: true }, started);
         if let Ok(shaded) = shade(programs, &services, &points, plan, &args, &sources) {
             let mut frame = shaded.frame;
             if closures {
@@ -331,7 +331,7 @@ fn shade(
     programs: Programs<'_>,
     services: &Services,
     points: &WithData<Crop>,
-    (plan, wanted, began): (Plan, Wanted, Instant),
+    (plan, wanted, began): (Plan, RunRequest, Instant),
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
@@ -381,7 +381,7 @@ fn shade(
 }
 
 /// Computes an image, and writes it to its file if it is written piece by piece.
-fn computed(image: &mut (dyn Rows + Send), wanted: Wanted, args: &RunArgs) -> Result<Shaded, Broken> {
+fn computed(image: &mut (dyn Rows + Send), wanted: RunRequest, args: &RunArgs) -> Result<Shaded, Broken> {
     let started = Instant::now();
     match &args.output {
         // A histogram needs all values.

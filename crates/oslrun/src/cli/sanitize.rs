@@ -4,7 +4,7 @@ use super::args::RunArgs;
 use super::args::values::{image_path, seconds};
 use super::clock::Clock;
 use super::json::json;
-use super::load::{self, Loaded, Request};
+use super::load::{self, LoadedShader, Request};
 use super::session::{grid, services};
 use super::{Failure, data, map, surface};
 use clap::Args;
@@ -38,7 +38,7 @@ pub(super) struct SanitizeArgs {
     /// End with exit code 1 if one of these events happens: int-overflow, int-conversion, zero-division,
     /// domain, edges, index, nan, infinity, cancellation, denormal; or any.
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
-    fail_on: Vec<Wanted>,
+    fail_on: Vec<FailOn>,
     /// Also follow up to 1024 of the points three times with random rounding, and say in how many digits the
     /// results agree and where digits fall apart: a second opinion that needs no double precision.
     #[arg(long)]
@@ -57,23 +57,23 @@ pub(super) struct SanitizeArgs {
 
 /// An event that fails the command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wanted {
+enum FailOn {
     Any,
     One(Kind),
 }
 
-fn kind(text: &str) -> Result<Wanted, String> {
+fn kind(text: &str) -> Result<FailOn, String> {
     if text == "any" {
-        return Ok(Wanted::Any);
+        return Ok(FailOn::Any);
     }
-    Kind::from_name(text).map(Wanted::One).ok_or_else(|| {
+    Kind::from_name(text).map(FailOn::One).ok_or_else(|| {
         let names: Vec<&str> = Kind::ALL.into_iter().map(Kind::name).collect();
         format!("the kinds are any, {}", names.join(", "))
     })
 }
 
 /// The points, the pixel of each if they are those of a surface, and the services.
-fn places(run: &RunArgs, loaded: &Loaded) -> Result<Places, Failure> {
+fn places(run: &RunArgs, loaded: &LoadedShader) -> Result<Places, Failure> {
     if run.on.on.is_some() {
         let (points, pixels, services) = surface::points(run, loaded)?;
         return Ok((Box::new(points), Some(pixels), services));
@@ -92,7 +92,7 @@ pub(super) fn sanitize(args: &SanitizeArgs, out: &mut dyn Write, err: &mut dyn W
     let loaded = load::load(&Request::of(run), err)?;
     let outputs = loaded.outputs(run);
     let (points, pixels, services) = places(run, &loaded)?;
-    let Loaded { sources, body, name, .. } = loaded;
+    let LoadedShader { sources, body, name, .. } = loaded;
     let options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),
@@ -130,7 +130,7 @@ pub(super) fn sanitize(args: &SanitizeArgs, out: &mut dyn Write, err: &mut dyn W
         map::write(path, (width, height), &Kind::ALL.map(layer), 1.0)?;
         let _ = writeln!(err, "wrote {}", shown(&path.display().to_string()));
     }
-    let fails = |kind: Kind| args.fail_on.iter().any(|w| [Wanted::Any, Wanted::One(kind)].contains(w));
+    let fails = |kind: Kind| args.fail_on.iter().any(|w| [FailOn::Any, FailOn::One(kind)].contains(w));
     match report.events.iter().any(|event| fails(event.kind)) {
         true => Err(Failure::said()),
         false => Ok(()),

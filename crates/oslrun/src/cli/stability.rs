@@ -8,7 +8,7 @@ use super::args::{self, RunArgs};
 use super::clock::Clock;
 use super::info::{self, Parameter};
 use super::json::json;
-use super::load::{self, Loaded, Request};
+use super::load::{self, LoadedShader, Request};
 use super::reads::Reads;
 use super::session::{grid, grid_spaces, options, progress, services, stopped};
 use super::{Failure, map};
@@ -100,7 +100,7 @@ pub(super) fn stability(
     let budget = args.budget.unwrap_or(BUDGETS[usize::from(args.fix)]);
     let times = [if args.fix { BEFORE_FIX } else { 1.0 }, 1.0].map(|share| Clock::new(budget * share));
     let request = Request { points: args.points.0.saturating_mul(args.points.1), ..Request::of(run) };
-    let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request, err)?;
+    let (LoadedShader { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request, err)?;
     let outputs = outputs(run);
     let services = services(run, folder, grid_spaces(run));
     let base = Base::new(body, noted, outputs.clone(), run.read.limits.limits());
@@ -181,7 +181,7 @@ fn outputs(run: &RunArgs) -> Option<Vec<Arc<str>>> {
 pub(super) fn lost(run: &RunArgs, reads: &mut Reads, err: &mut dyn Write) -> Result<Vec<f32>, Failure> {
     let (width, height) = run.grid;
     let request = Request { points: width.saturating_mul(height), ..Request::of(run) };
-    let (Loaded { sources, body, folder, texts, .. }, noted) = load::load_noted(&request, err)?;
+    let (LoadedShader { sources, body, folder, texts, .. }, noted) = load::load_noted(&request, err)?;
     let services = services(run, folder, grid_spaces(run));
     reads.sources(&sources);
     reads.textures(&services.textures, texts.iter().map(|(_, text)| &**text));

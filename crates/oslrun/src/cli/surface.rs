@@ -3,7 +3,7 @@
 
 use super::args::RunArgs;
 use super::args::values::Gained;
-use super::load::Loaded;
+use super::load::LoadedShader;
 use super::{Failure, data, input, session, shading};
 use osl::stages::{self, Compiled};
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
@@ -37,7 +37,7 @@ const LIGHT: &str = "light";
 /// that know the view.
 pub(super) fn points(
     args: &RunArgs,
-    loaded: &Loaded,
+    loaded: &LoadedShader,
 ) -> Result<(WithData<SurfacePoints>, Vec<u32>, Services), Failure> {
     let mut job = Job::new(args, loaded, args.on.displace.clone())?;
     let displace = job.displacement()?;
@@ -50,7 +50,7 @@ pub(super) fn points(
 /// What to shade, and the surface.
 pub(super) struct Job<'a> {
     pub(super) args: &'a RunArgs,
-    loaded: &'a Loaded,
+    loaded: &'a LoadedShader,
     data: Data,
     shape: Source,
     /// The transformation of the surface to common space.
@@ -74,7 +74,11 @@ enum Source {
 
 impl<'a> Job<'a> {
     /// A surface that an output displaces; without `--on`, a sphere.
-    pub(super) fn new(args: &'a RunArgs, loaded: &'a Loaded, by: Option<Gained>) -> Result<Job<'a>, Failure> {
+    pub(super) fn new(
+        args: &'a RunArgs,
+        loaded: &'a LoadedShader,
+        by: Option<Gained>,
+    ) -> Result<Job<'a>, Failure> {
         let name = args.on.on.as_deref().unwrap_or("sphere");
         let shape = match Shape::named(name) {
             Some(shape) => Source::Shape(shape),

@@ -2,8 +2,8 @@
 
 use super::args::RunArgs;
 use super::args::values::seconds;
-use super::load::{self, Loaded, Request};
-use super::prefilter::Wanted;
+use super::load::{self, LoadedShader, Request};
+use super::prefilter::DecisionInput;
 use super::session::{busy, grid, on_threads, options, services, stopped};
 use super::shading::Report;
 use super::summary::SAME_IN_FAST;
@@ -54,7 +54,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         return Err(Failure::new(text));
     }
     let request = Request::of(run);
-    let Loaded { sources, body, name, folder, texts, .. } = load::load(&request, err)?;
+    let LoadedShader { sources, body, name, folder, texts, .. } = load::load(&request, err)?;
     let points = WithData { data: data::read(run)?, points: grid(run) };
     let services = services(run, folder, super::session::grid_spaces(run));
     let bench = Bench { services: &services, surface: &points, options: options(run) };
@@ -134,8 +134,14 @@ impl Programs {
         for samples in FILTERED {
             let Bench { services, surface, options } = bench;
             let filter = Filter::default();
-            let wanted =
-                Wanted { services, surface: *surface, options, filter, samples, may_guard: samples == 1 };
+            let wanted = DecisionInput {
+                services,
+                surface: *surface,
+                options,
+                filter,
+                samples,
+                may_guard: samples == 1,
+            };
             let (chosen, said) = wanted.chosen(body, &usual)?;
             widened
                 .extend(chosen.map(|chosen| (samples, form(Arithmetic::Strict, Some(chosen)), said.guard)));

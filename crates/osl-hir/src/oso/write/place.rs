@@ -4,7 +4,7 @@ use super::constant;
 use super::table::{Class, Sym};
 use super::{Leaf, Storage, Val, Writer};
 use crate::hir::{Expr, ExprKind, Init, Lvalue, Step, VarId};
-use crate::storage::Part;
+use crate::storage::Subscript;
 use osl_ir::types::{Base, Extent, Type};
 
 /// A place whose indices have been evaluated.
@@ -12,17 +12,17 @@ use osl_ir::types::{Base, Extent, Type};
 pub(super) struct Spot {
     pub(super) storage: Storage,
     pub(super) element: Option<Sym>,
-    part: Part<Sym>,
+    part: Subscript<Sym>,
 }
 
 impl Spot {
     pub(super) fn whole(storage: Storage) -> Spot {
-        Spot { storage, element: None, part: Part::Whole }
+        Spot { storage, element: None, part: Subscript::Whole }
     }
 
     /// Whether it is a variable, without any index.
     pub(super) fn is_plain(&self) -> bool {
-        self.element.is_none() && matches!(self.part, Part::Whole)
+        self.element.is_none() && matches!(self.part, Subscript::Whole)
     }
 }
 
@@ -38,10 +38,10 @@ impl Writer<'_> {
                     spot.storage = spot.storage.field(*index as usize)?.clone();
                 }
                 Step::Element(index) => spot.element = Some(self.index(index, hold)),
-                Step::Component(index) => spot.part = Part::Component(self.index(index, hold)),
+                Step::Component(index) => spot.part = Subscript::Component(self.index(index, hold)),
                 Step::Cell(row, column) => {
                     let row = self.index(row, hold || !is_pure(column));
-                    spot.part = Part::Cell(row, self.index(column, hold));
+                    spot.part = Subscript::Cell(row, self.index(column, hold));
                 }
             }
         }
@@ -76,9 +76,9 @@ impl Writer<'_> {
             None => leaf,
         };
         Val::One(match spot.part {
-            Part::Whole => whole,
-            Part::Component(index) => self.emit_value("compref", Type::FLOAT, &[whole, index]),
-            Part::Cell(row, column) => self.emit_value("mxcompref", Type::FLOAT, &[whole, row, column]),
+            Subscript::Whole => whole,
+            Subscript::Component(index) => self.emit_value("compref", Type::FLOAT, &[whole, index]),
+            Subscript::Cell(row, column) => self.emit_value("mxcompref", Type::FLOAT, &[whole, row, column]),
         })
     }
 
@@ -95,8 +95,8 @@ impl Writer<'_> {
     fn write_leaf(&mut self, leaf: Sym, spot: &Spot, value: Sym) {
         let ty = self.table.ty(leaf).element();
         match (spot.part, spot.element) {
-            (Part::Whole, None) => self.assign(leaf, value),
-            (Part::Whole, Some(index)) => self.emit_to("aassign", leaf, &[index, value]),
+            (Subscript::Whole, None) => self.assign(leaf, value),
+            (Subscript::Whole, Some(index)) => self.emit_to("aassign", leaf, &[index, value]),
             (part, None) => self.write_part(leaf, part, value),
             (part, Some(index)) => {
                 let element = self.emit_value("aref", ty, &[leaf, index]);
@@ -106,11 +106,11 @@ impl Writer<'_> {
         }
     }
 
-    fn write_part(&mut self, of: Sym, part: Part<Sym>, value: Sym) {
+    fn write_part(&mut self, of: Sym, part: Subscript<Sym>, value: Sym) {
         match part {
-            Part::Whole => self.assign(of, value),
-            Part::Component(index) => self.emit_to("compassign", of, &[index, value]),
-            Part::Cell(row, column) => self.emit_to("mxcompassign", of, &[row, column, value]),
+            Subscript::Whole => self.assign(of, value),
+            Subscript::Component(index) => self.emit_to("compassign", of, &[index, value]),
+            Subscript::Cell(row, column) => self.emit_to("mxcompassign", of, &[row, column, value]),
         }
     }
 
@@ -224,7 +224,7 @@ impl Writer<'_> {
             match item {
                 Init::Value(e) => {
                     let value = self.eval(e);
-                    self.write(&Spot { storage: part, element, part: Part::Whole }, value);
+                    self.write(&Spot { storage: part, element, part: Subscript::Whole }, value);
                 }
                 Init::List(inner) => self.store_list(&part, element, part_ty, inner),
             }

@@ -6,7 +6,7 @@
 //! limits that were learned from other pixels. If no price suffices, the limits are reduced.
 
 use super::above;
-use super::probe::{NEVER, Tried};
+use super::probe::{ErrorPair, NEVER};
 use super::scaled::Scaled;
 use pxfm::{f_expm1f, f_log1pf};
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// marks a pixel that was finished earlier.
 pub(super) struct Rung {
     pub(super) samples: u32,
-    pub(super) tried: Vec<Tried>,
+    pub(super) tried: Vec<ErrorPair>,
     /// The pixels in the order of their estimates, which are 0 for a pixel that was finished earlier.
     order: Arc<[(f32, u32)]>,
     scaled: Option<Scaled>,
@@ -31,7 +31,7 @@ pub(super) fn order(estimates: &[f32]) -> Arc<[(f32, u32)]> {
 }
 
 impl Rung {
-    pub(super) fn new(samples: u32, tried: Vec<Tried>, order: Arc<[(f32, u32)]>, bound: f32) -> Rung {
+    pub(super) fn new(samples: u32, tried: Vec<ErrorPair>, order: Arc<[(f32, u32)]>, bound: f32) -> Rung {
         let scaled = Scaled::of(&tried, &order, bound);
         Rung { samples, tried, order, scaled }
     }
@@ -260,8 +260,8 @@ mod tests {
     use super::*;
 
     /// Rungs of 2 and 8 samples for a hundred pixels.
-    fn rungs(first: impl Fn(usize) -> Tried, second: impl Fn(usize) -> Tried) -> Vec<Rung> {
-        let rung = |samples: u32, tried: Vec<Tried>| {
+    fn rungs(first: impl Fn(usize) -> ErrorPair, second: impl Fn(usize) -> ErrorPair) -> Vec<Rung> {
+        let rung = |samples: u32, tried: Vec<ErrorPair>| {
             let estimates: Vec<f32> = tried.iter().map(|(estimate, _)| *estimate).collect();
             Rung::new(samples, tried, order(&estimates), 1.0)
         };

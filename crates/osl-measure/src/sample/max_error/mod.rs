@@ -32,7 +32,7 @@ use super::image::{Cheaper, Image, Shading, not_finite};
 use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
-use probe::{Probes, Tried, trust};
+use probe::{ErrorPair, Probes, trust};
 use std::ops::Range;
 
 /// The error bound of an image.
@@ -191,7 +191,7 @@ impl<'a> Work<'_, 'a> {
 
     /// Whether the remaining pixels are so expensive that further tests cost nothing in comparison: there are
     /// many, and no lattice was good enough for all.
-    fn is_rough(&self, found: &Found, pending: &[bool]) -> bool {
+    fn is_rough(&self, found: &LatticeOutcome, pending: &[bool]) -> bool {
         count(pending) as f32 > ROUGH * pending.len() as f32 && found.failed > FAILED
     }
 
@@ -203,12 +203,12 @@ impl<'a> Work<'_, 'a> {
         probes: &mut Probes,
         each: usize,
         pending: &mut [bool],
-    ) -> Result<Found, RunError> {
+    ) -> Result<LatticeOutcome, RunError> {
         let (fewest, most) = PEEKS;
         let wanted = (pending.len() / each).clamp(fewest, most).min(pending.len());
         self.probe(probes, wanted.saturating_sub(probes.count()))?;
         pending.fill(true);
-        let mut found = Found::default();
+        let mut found = LatticeOutcome::default();
         let mut useful = Vec::new();
         for step in steps.iter() {
             let before = count(pending);
@@ -216,7 +216,7 @@ impl<'a> Work<'_, 'a> {
             if before - count(pending) > (USEFUL * pending.len() as f32) as usize || one.failed < WORTH[1] {
                 useful.push(*step);
             }
-            found = Found { off: found.off + one.off, ..one };
+            found = LatticeOutcome { off: found.off + one.off, ..one };
         }
         *steps = useful;
         Ok(found)
@@ -248,7 +248,12 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Tries a lattice around some probes. Returns the estimated and the actual errors.
-    fn try_some(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
+    fn try_some(
+        &mut self,
+        probes: &Probes,
+        open: Vec<usize>,
+        step: usize,
+    ) -> Result<Vec<ErrorPair>, RunError> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
         let mut needed = probes.stencils(self, &some, step);
@@ -264,7 +269,7 @@ impl<'a> Work<'_, 'a> {
         probes: &Probes,
         pending: &mut [bool],
         off: f32,
-    ) -> Result<Found, RunError> {
+    ) -> Result<LatticeOutcome, RunError> {
         if step < COARSE {
             self.lattice(step, pending)?;
         }
@@ -287,11 +292,11 @@ impl<'a> Work<'_, 'a> {
             }
         }
         let failed = trust.failed as f32 / probes.count().max(1) as f32;
-        let near = |(estimate, error): &&Tried| {
+        let near = |(estimate, error): &&ErrorPair| {
             *estimate <= trust.limit && *error > NEAR_FAILURE * self.wanted.error
         };
         let near = tried.iter().filter(near).count();
-        Ok(Found { off: trust.passed_over as f32 * share, failed, near })
+        Ok(LatticeOutcome { off: trust.passed_over as f32 * share, failed, near })
     }
 
     /// Whether a finer lattice is right around enough of the pending probes.
@@ -350,7 +355,7 @@ impl<'a> Work<'_, 'a> {
 
 /// The result of a lattice.
 #[derive(Default)]
-struct Found {
+struct LatticeOutcome {
     /// Pixels that may exceed the bound.
     off: f32,
     /// Share of the probes at which the last lattice failed.

@@ -31,7 +31,7 @@ pub(super) struct Probes {
 }
 
 /// An estimated error and the actual error.
-pub(super) type Tried = (f32, f32);
+pub(super) type ErrorPair = (f32, f32);
 
 impl Probes {
     /// The number of probes.
@@ -103,7 +103,7 @@ impl Work<'_, '_> {
         slots: &[usize],
         step: usize,
         curvature: impl Fn(&Self, [usize; 2]) -> f32,
-    ) -> Result<Vec<Tried>, RunError> {
+    ) -> Result<Vec<ErrorPair>, RunError> {
         let errors = self.errors(probes, slots, step)?;
         let estimate = |slot: &usize| {
             let pixel = probes.pixels[*slot] as usize;
@@ -231,7 +231,7 @@ pub(super) struct Trust {
 
 /// The largest estimate at which a lattice is trusted: `most`, or more with enough evidence, such that at
 /// most `spare` trusted probes fail.
-pub(super) fn trust(tried: &[Tried], bound: f32, most: f32, spare: usize) -> Trust {
+pub(super) fn trust(tried: &[ErrorPair], bound: f32, most: f32, spare: usize) -> Trust {
     let mut failed: Vec<f32> =
         tried.iter().filter(|(_, error)| above(*error, CLOSE * bound)).map(|(e, _)| *e).collect();
     failed.sort_by(f32::total_cmp);
@@ -258,14 +258,15 @@ mod tests {
 
     #[test]
     fn trust_ends_below_the_best_peek_that_failed() {
-        let all = |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, 0.1)).collect::<Vec<Tried>>();
+        let all =
+            |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, 0.1)).collect::<Vec<ErrorPair>>();
         let never = |failed| Trust { limit: NEVER, good: 0, passed_over: 0, failed };
         let mut tried = all(0.1);
         tried[30].1 = 2.0;
         let found = trust(&tried, 1.0, 1.0, 0);
         assert!((found.limit - 0.36).abs() < 1e-6 && found.good == 26, "nine tenths of 0.4: {found:?}");
         assert_eq!(trust(&tried, 1.0, 1.0, 1), found, "one of so few is too many");
-        let mut many: Vec<Tried> = (0..1000).map(|i| (0.0005 * i as f32, 0.1)).collect();
+        let mut many: Vec<ErrorPair> = (0..1000).map(|i| (0.0005 * i as f32, 0.1)).collect();
         many[500].1 = 2.0;
         let spared = trust(&many, 1.0, 1.0, 1);
         assert_eq!(spared, Trust { limit: 1.0, good: 1000, passed_over: 1, failed: 1 });

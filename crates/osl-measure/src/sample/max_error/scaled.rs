@@ -4,7 +4,7 @@
 //! common distribution, and from it follows the probability that each pixel exceeds the bound. At edges the
 //! errors do not follow a common distribution; then this module reports so, and failures are counted instead.
 
-use super::probe::Tried;
+use super::probe::ErrorPair;
 
 /// The scale of an error is averaged over neighbours in the order of the estimates: one in so many of all
 /// pixels, on each side.
@@ -31,7 +31,7 @@ pub(super) struct Scaled {
 impl Scaled {
     /// `None` unless the errors near the bound differ only by a constant factor.
     /// `order` has the pixels in the order of their estimates.
-    pub(super) fn of(tried: &[Tried], order: &[(f32, u32)], bound: f32) -> Option<Scaled> {
+    pub(super) fn of(tried: &[ErrorPair], order: &[(f32, u32)], bound: f32) -> Option<Scaled> {
         if tried.len() < MANY || tried.iter().any(|(_, error)| !error.is_finite()) {
             return None;
         }
@@ -73,7 +73,7 @@ impl Scaled {
 
 /// The scales: root mean square errors of pixels with similar estimates, one for each group of `TOGETHER`
 /// pixels.
-fn sizes(tried: &[Tried], order: &[usize]) -> Vec<f32> {
+fn sizes(tried: &[ErrorPair], order: &[usize]) -> Vec<f32> {
     let mut sums = vec![0.0_f64];
     let mut sum = 0.0;
     for slot in order {
@@ -104,7 +104,7 @@ mod tests {
         (0..4).map(|k| 2.0 * random(4 * i + k) - 1.0).sum::<f32>().abs() / 2.0
     }
 
-    fn scaled(tried: &[Tried], bound: f32) -> Option<Scaled> {
+    fn scaled(tried: &[ErrorPair], bound: f32) -> Option<Scaled> {
         let mut order: Vec<(f32, u32)> = tried.iter().zip(0..).map(|((e, _), slot)| (*e, slot)).collect();
         order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         Scaled::of(tried, &order, bound)
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn what_is_rare_follows_from_what_is_not() {
         let size = |i: usize| 0.3 + 0.5 * random(100_000 + i);
-        let tried: Vec<Tried> = (0..4096).map(|i| (size(i), size(i) * error(i))).collect();
+        let tried: Vec<ErrorPair> = (0..4096).map(|i| (size(i), size(i) * error(i))).collect();
         let scaled = scaled(&tried, 1.0).expect("errors that are but scaled");
         let said: f32 = scaled.chances(1.0).iter().sum();
         let more = (0..400 * 4096).filter(|i| size(i % 4096) * error(*i) > 1.0).count() as f32 / 400.0;
@@ -124,10 +124,10 @@ mod tests {
     fn edges_are_not_scaled() {
         // The estimate misses hidden edges.
         let hidden = |i: usize| if i.is_multiple_of(50) { 0.8 } else { 0.01 * error(i) };
-        let tried: Vec<Tried> =
+        let tried: Vec<ErrorPair> =
             (0..4096).map(|i| if i < 2048 { (0.001, hidden(i)) } else { (0.5, 0.5 * error(i)) }).collect();
         assert!(scaled(&tried, 0.7).is_none());
-        let few: Vec<Tried> = (0..100).map(|i| (0.5, error(i))).collect();
+        let few: Vec<ErrorPair> = (0..100).map(|i| (0.5, error(i))).collect();
         assert!(scaled(&few, 1.0).is_none(), "few say nothing");
     }
 }

@@ -6,14 +6,14 @@ use super::policy::{
     TRIALS, TRIED,
 };
 use super::probe::Probes;
-use super::{Found, Work, above};
+use super::{LatticeOutcome, Work, above};
 use crate::sample::bounds::weighted;
 use osl_exec::RunError;
 
 /// A lattice that was computed for all pixels, and how many of them may exceed the bound.
 pub(super) struct Whole {
     pub(super) step: usize,
-    pub(super) found: Found,
+    pub(super) found: LatticeOutcome,
 }
 
 impl Work<'_, '_> {
@@ -65,7 +65,7 @@ impl Work<'_, '_> {
         let spare = ALLOWED * all.len() as f32;
         let found = |failed: usize| {
             let off = failed as f32 * count as f32 / all.len().max(1) as f32;
-            Whole { step, found: Found { off, ..Found::default() } }
+            Whole { step, found: LatticeOutcome { off, ..LatticeOutcome::default() } }
         };
         if let Some(failed) = self.columns_do(probes, &all, spare)? {
             pending.fill(false);

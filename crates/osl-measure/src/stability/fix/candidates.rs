@@ -2,7 +2,7 @@
 //!
 //! This module must not know whether a rewrite helps.
 
-use super::matching::{Found, find};
+use super::matching::{PatternMatch, find};
 use super::rows::{ROWS, Row};
 use super::source::{Site, Source};
 use super::term::{Head, Term, binds, parse, parse_grouped, word};
@@ -117,7 +117,7 @@ struct Local {
     ty: &'static str,
 }
 
-fn rewrite(source: &Source<'_>, site: &Site<'_>, ready: &Ready, found: &Found) -> Option<Candidate> {
+fn rewrite(source: &Source<'_>, site: &Site<'_>, ready: &Ready, found: &PatternMatch) -> Option<Candidate> {
     let chooses = contains(&ready.write, &|t| t.head == Head::Choose);
     if chooses && site.expr.ty != Type::FLOAT {
         return None;
@@ -183,7 +183,7 @@ fn written(
     source: &Source<'_>,
     site: &Site<'_>,
     ready: &Ready,
-    found: &Found,
+    found: &PatternMatch,
     wanted: &[char],
 ) -> Option<(Vec<Local>, String)> {
     let mut found = found.clone();
@@ -263,7 +263,7 @@ fn name_of(term: &Term) -> &'static str {
 }
 
 /// Whether a letter occurs several times and its text is longer than a name.
-fn is_long(ready: &Ready, found: &Found, letter: char) -> bool {
+fn is_long(ready: &Ready, found: &PatternMatch, letter: char) -> bool {
     let in_with = ready.with.iter().map(|(_, t)| count(t, letter)).sum::<usize>();
     let Some(term) = found.get(letter) else { return false };
     count(&ready.write, letter) + in_with > 1 && !is_name(term) && !matches!(term.head, Head::Number(_))

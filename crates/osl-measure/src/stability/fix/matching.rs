@@ -15,7 +15,7 @@ const PARTS: usize = 8;
 
 /// A pattern found in a term.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Found {
+pub(super) struct PatternMatch {
     /// The terms for the letters.
     pub(super) letters: Vec<(char, Term)>,
     /// The places of the source that the pattern itself covers, without those of the letters.
@@ -26,7 +26,7 @@ pub(super) struct Found {
     pub(super) is_negative: bool,
 }
 
-impl Found {
+impl PatternMatch {
     /// The term for a letter.
     pub(super) fn get(&self, letter: char) -> Option<&Term> {
         self.letters.iter().find(|(name, _)| *name == letter).map(|(_, term)| term)
@@ -34,7 +34,7 @@ impl Found {
 }
 
 /// All ways in which the pattern matches the term or a part of a sum or product.
-pub(super) fn find(pattern: &Term, term: &Term) -> Vec<Found> {
+pub(super) fn find(pattern: &Term, term: &Term) -> Vec<PatternMatch> {
     let mut out = Vec::new();
     let is_list = |t: &Term| match t.head {
         Head::Sum(_) => Some(true),
@@ -52,13 +52,17 @@ pub(super) fn find(pattern: &Term, term: &Term) -> Vec<Found> {
                 let list =
                     List { is_sum, pattern: ordered(pattern, is_sum), target: &target, keeps_rest: true };
                 let mut found = Vec::new();
-                let start = Found { covers: term.covers.clone(), is_negative: flip, ..Found::default() };
+                let start = PatternMatch {
+                    covers: term.covers.clone(),
+                    is_negative: flip,
+                    ..PatternMatch::default()
+                };
                 list.place(0, &mut vec![false; target.len()], &start, &mut found);
                 out.extend(found);
             }
         }
         (Some(_), _) => {}
-        (None, _) => matched(pattern, term, &Found::default(), &mut out),
+        (None, _) => matched(pattern, term, &PatternMatch::default(), &mut out),
     }
     out.truncate(MOST);
     out
@@ -75,7 +79,7 @@ fn ordered(pattern: &Term, is_sum: bool) -> Vec<(bool, Term)> {
     items
 }
 
-fn matched(pattern: &Term, term: &Term, found: &Found, out: &mut Vec<Found>) {
+fn matched(pattern: &Term, term: &Term, found: &PatternMatch, out: &mut Vec<PatternMatch>) {
     if out.len() >= MOST {
         return;
     }
@@ -111,7 +115,7 @@ fn matched(pattern: &Term, term: &Term, found: &Found, out: &mut Vec<Found>) {
 }
 
 /// The match in which a letter stands for the term, if it does not stand for another one.
-fn bind(letter: char, term: &Term, found: &Found) -> Option<Found> {
+fn bind(letter: char, term: &Term, found: &PatternMatch) -> Option<PatternMatch> {
     match found.get(letter) {
         Some(known) => known.same(term).then(|| found.clone()),
         None => {
@@ -123,7 +127,7 @@ fn bind(letter: char, term: &Term, found: &Found) -> Option<Found> {
 }
 
 /// Matches the arguments of a call one by one.
-fn in_order(patterns: &[&Term], terms: &[Term], found: &Found, out: &mut Vec<Found>) {
+fn in_order(patterns: &[&Term], terms: &[Term], found: &PatternMatch, out: &mut Vec<PatternMatch>) {
     match (patterns.split_first(), terms.split_first()) {
         (Some((pattern, patterns)), Some((term, terms))) => {
             let mut first = Vec::new();
@@ -144,7 +148,7 @@ struct List<'a> {
 }
 
 impl List<'_> {
-    fn place(&self, at: usize, used: &mut Vec<bool>, found: &Found, out: &mut Vec<Found>) {
+    fn place(&self, at: usize, used: &mut Vec<bool>, found: &PatternMatch, out: &mut Vec<PatternMatch>) {
         if out.len() >= MOST || self.target.len() > PARTS {
             return;
         }
@@ -154,7 +158,7 @@ impl List<'_> {
             if rest.is_empty() {
                 out.push(found.clone());
             } else if self.keeps_rest {
-                out.push(Found { rest, ..found.clone() });
+                out.push(PatternMatch { rest, ..found.clone() });
             }
             return;
         };

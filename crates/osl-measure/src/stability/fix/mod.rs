@@ -192,7 +192,7 @@ struct Search<'a> {
 
 /// The outcome of trying all rewrites for one step.
 #[derive(Default)]
-struct Tried {
+struct RewriteOutcome {
     best: Option<(Candidate, Good)>,
     dear: Option<(Candidate, Good)>,
     nearly: Option<(Candidate, f64)>,
@@ -251,7 +251,7 @@ impl Search<'_> {
         program: &Program,
         (blamed, touched): (&[u32], Option<&[u32]>),
         now: &Errors,
-    ) -> Tried {
+    ) -> RewriteOutcome {
         let source = Source::new(program, text);
         let mut list: Vec<(usize, Candidate)> = loops::candidates(&source)
             .into_iter()
@@ -262,7 +262,7 @@ impl Search<'_> {
             })
             .collect();
         list.sort_by_key(|(rank, _)| *rank);
-        let mut out = Tried::default();
+        let mut out = RewriteOutcome::default();
         for (_, candidate) in list {
             if out.tried >= TRIES || self.subject.is_over() {
                 out.not_tried += 1;

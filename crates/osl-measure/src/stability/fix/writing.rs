@@ -3,12 +3,12 @@
 //!
 //! This module must not know where the text goes.
 
-use super::matching::Found;
+use super::matching::PatternMatch;
 use super::term::{Head, Term, binds, negative, sum};
 use osl_syntax::ast::BinaryOp;
 
 /// The replacement with the terms of the letters; `None` if a letter has no term.
-pub(super) fn filled(row: &Term, found: &Found) -> Option<Term> {
+pub(super) fn filled(row: &Term, found: &PatternMatch) -> Option<Term> {
     let parts = || row.parts.iter().map(|part| filled(part, found)).collect::<Option<Vec<Term>>>();
     Some(match &row.head {
         Head::Any(letter) => found.get(*letter)?.clone(),
@@ -75,7 +75,7 @@ fn called(name: &str, parts: Vec<Term>) -> Option<Term> {
 }
 
 /// The replacement together with the parts of the sum or product that the pattern left.
-pub(super) fn with_rest(term: Term, is_sum: bool, found: &Found) -> Term {
+pub(super) fn with_rest(term: Term, is_sum: bool, found: &PatternMatch) -> Term {
     let rest = found.rest.iter().cloned();
     if is_sum {
         let whole = short_sum(std::iter::once((false, term)).chain(rest).collect());

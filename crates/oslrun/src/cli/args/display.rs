@@ -109,7 +109,7 @@ impl DisplayArgs {
         let is_chosen = self.range.is_some() || self.exposure.is_some();
         let is_signed = self.signed || ty == Type::NORMAL;
         // The values of a picture from 0 to 1 are counted only if there is a note about them.
-        let found = (is_auto || (is_signed && !is_chosen)).then(|| Found::of(&planes, covered));
+        let found = (is_auto || (is_signed && !is_chosen)).then(|| FiniteRange::of(&planes, covered));
         let (low, high) = match (self.range, self.exposure, &found) {
             (Some(ValueRange::From(low, high)), ..) => (low, high),
             (Some(ValueRange::Auto), _, Some(found)) if found.low < found.high => (found.low, found.high),
@@ -126,11 +126,13 @@ impl DisplayArgs {
         }
         let note = match is_chosen {
             true => None,
-            false => match Found::outside(&planes, covered) {
+            false => match FiniteRange::outside(&planes, covered) {
                 [0, 0, 0] => None,
-                outside => {
-                    found.unwrap_or_else(|| Found::of(&planes, covered)).note(name, outside, (low, high))
-                }
+                outside => found.unwrap_or_else(|| FiniteRange::of(&planes, covered)).note(
+                    name,
+                    outside,
+                    (low, high),
+                ),
             },
         };
         Shown { planes, transfer, range: (low, high), note }
@@ -138,20 +140,20 @@ impl DisplayArgs {
 }
 
 /// The range of the finite values of an output, and how many values there are.
-struct Found {
+struct FiniteRange {
     low: f32,
     high: f32,
     values: usize,
 }
 
-impl Found {
-    fn of(planes: &[Cow<'_, [f32]>], covered: Option<&[f32]>) -> Found {
-        let start = Found { low: f32::INFINITY, high: f32::NEG_INFINITY, values: 0 };
+impl FiniteRange {
+    fn of(planes: &[Cow<'_, [f32]>], covered: Option<&[f32]>) -> FiniteRange {
+        let start = FiniteRange { low: f32::INFINITY, high: f32::NEG_INFINITY, values: 0 };
         counted(planes, covered).fold(start, |found, x| {
             let values = found.values + 1;
             match x.is_finite() {
-                true => Found { low: found.low.min(x), high: found.high.max(x), values },
-                false => Found { values, ..found },
+                true => FiniteRange { low: found.low.min(x), high: found.high.max(x), values },
+                false => FiniteRange { values, ..found },
             }
         })
     }

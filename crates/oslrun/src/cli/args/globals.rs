@@ -20,12 +20,12 @@ pub(in crate::cli) struct GlobalArgs {
     /// Value of a global: dtime=0.04, N=0,0.6,0.8, I=0,0,-1. It is the same at all points, so on the grid it
     /// may be any global except P, u and v. May be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = global, help_heading = heading::VALUES)]
-    pub(in crate::cli) global: Vec<Given>,
+    pub(in crate::cli) global: Vec<GlobalValue>,
 }
 
 /// A global and its value; a scalar is in the first element.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::cli) struct Given {
+pub(in crate::cli) struct GlobalValue {
     global: Global,
     value: [f32; 3],
 }
@@ -41,7 +41,7 @@ fn settable() -> impl Iterator<Item = (Global, &'static str, Type)> {
     named.filter(|(global, ..)| !matches!(global, Global::P | Global::U | Global::V | Global::Ci))
 }
 
-fn global(text: &str) -> Result<Given, String> {
+fn global(text: &str) -> Result<GlobalValue, String> {
     let (name, typed) =
         text.split_once('=').ok_or_else(|| format!("`{text}` is not of the form NAME=VALUE"))?;
     let name = name.trim();
@@ -66,7 +66,7 @@ fn global(text: &str) -> Result<Given, String> {
     };
     let form = if ty.is_triple() { "three numbers separated by commas" } else { "a number" };
     let value = value.ok_or_else(|| format!("`{name}` is {form}, not `{typed}`"))?;
-    Ok(Given { global, value })
+    Ok(GlobalValue { global, value })
 }
 
 impl GlobalArgs {
@@ -99,8 +99,8 @@ mod tests {
 
     #[test]
     fn values_have_the_type_of_the_global() {
-        assert_eq!(global("dtime=0.5"), Ok(Given { global: Global::Dtime, value: [0.5, 0.0, 0.0] }));
-        assert_eq!(global("N= 0, 1,-2"), Ok(Given { global: Global::N, value: [0.0, 1.0, -2.0] }));
+        assert_eq!(global("dtime=0.5"), Ok(GlobalValue { global: Global::Dtime, value: [0.5, 0.0, 0.0] }));
+        assert_eq!(global("N= 0, 1,-2"), Ok(GlobalValue { global: Global::N, value: [0.0, 1.0, -2.0] }));
         for (text, word) in [
             ("N=1", "three numbers"),
             ("time=1,2,3", "a number"),

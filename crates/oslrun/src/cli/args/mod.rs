@@ -19,9 +19,9 @@ use globals::GlobalArgs;
 use levels::LintArgs;
 use limits::LimitArgs;
 use osl_exec::Isa;
-use osl_image::{ExrCompression, Part};
+use osl_image::{DataWindow, ExrCompression};
 use osl_ir::passes::Pass;
-use osl_lower::taps::Wanted;
+use osl_lower::taps::TapPath;
 use osl_measure::sample::{FilterKind, MAX_SAMPLES, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
@@ -103,8 +103,8 @@ pub(super) struct RunArgs {
     /// list[2]. CALL/LINE:VAR is inside a function, as called on line CALL; FILE:LINE:VAR is in an included
     /// file or in another layer. The output is called lineLINE.VAR; lineLINE.VAR.reached is 1 where a point
     /// got there. Without --outputs, only taps are shown. May be repeated.
-    #[arg(long, value_name = "LINE:VAR", value_parser = Wanted::parse, help_heading = heading::PICTURE)]
-    pub(super) tap: Vec<Wanted>,
+    #[arg(long, value_name = "LINE:VAR", value_parser = TapPath::parse, help_heading = heading::PICTURE)]
+    pub(super) tap: Vec<TapPath>,
     /// Points of the grid, or pixels of the view.
     #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid, help_heading = heading::POINTS)]
     pub(super) grid: (usize, usize),
@@ -250,7 +250,7 @@ impl RunArgs {
     }
 
     /// Where the picture is in the whole one, if it is a part of it.
-    pub(super) fn part(&self) -> Option<Part> {
+    pub(super) fn part(&self) -> Option<DataWindow> {
         self.crop.as_ref()?.part(self.grid)
     }
 }

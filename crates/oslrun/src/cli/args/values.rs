@@ -1,7 +1,7 @@
 //! Values of options, from text. This module must not know which option has which kind of value.
 
 use osl_exec::Isa;
-use osl_image::{ExrCompression, ImageFormat, Part};
+use osl_image::{DataWindow, ExrCompression, ImageFormat};
 use osl_ir::passes::Pass;
 use osl_measure::sample::{FilterKind, Rate};
 use osl_numeric::Arithmetic;
@@ -39,10 +39,10 @@ impl Crop {
     }
 
     /// Where it is in a picture of this size, if that has more pixels.
-    pub(in crate::cli) fn part(&self, of: (usize, usize)) -> Option<Part> {
+    pub(in crate::cli) fn part(&self, of: (usize, usize)) -> Option<DataWindow> {
         let Crop { columns, rows } = self;
         let is_part = (columns.len(), rows.len()) != of;
-        is_part.then_some(Part { first: (columns.start, rows.start), of })
+        is_part.then_some(DataWindow { first: (columns.start, rows.start), of })
     }
 
     /// Fails if it is not in a picture of so many columns and rows.

@@ -13,7 +13,7 @@ use super::args::RunArgs;
 use super::args::levels;
 use super::args::values::Pair;
 use super::figures::{self, Pictures, Results};
-use super::load::{self, Loaded, Request};
+use super::load::{self, LoadedShader, Request};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
 use super::{Failure, data, info, input, output, repair};
@@ -216,7 +216,7 @@ fn warnings(file: &Path, run: &RunArgs, lines: &mut BTreeMap<u32, Line>) -> Resu
 
 /// Runs all points.
 fn frame(
-    loaded: &Loaded,
+    loaded: &LoadedShader,
     arithmetic: Arithmetic,
     (run, services, points): (&RunArgs, &Services, &WithData<Grid>),
 ) -> Result<Frame, Failure> {

@@ -6,7 +6,7 @@
 use crate::cli::args::RunArgs;
 use crate::cli::{Failure, output, run, streams};
 use osl_exec::Plane;
-use osl_image::{ImageData, Part, read_image_within};
+use osl_image::{DataWindow, ImageData, read_image_within};
 use osl_ir::ir::Kind;
 use osl_syntax::escape::shown;
 use std::io::Write;
@@ -121,7 +121,7 @@ fn shader(args: &RunArgs, err: &mut dyn Write) -> Result<Side, Failure> {
     if channels.is_empty() {
         return Err(Failure::new(format!("{}: {}", shown(&name), output::EMPTY)));
     }
-    let window = args.part().map_or(((0, 0), None), |Part { first: (x, y), of: (width, height) }| {
+    let window = args.part().map_or(((0, 0), None), |DataWindow { first: (x, y), of: (width, height) }| {
         // The run has checked that these are sizes of an image.
         ((x as i32, y as i32), Some([0, 0, width as i32 - 1, height as i32 - 1]))
     });

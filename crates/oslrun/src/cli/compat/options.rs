@@ -2,7 +2,7 @@
 //! number of words. Some have settings of their own: `--param:type=float x 1`.
 
 /// An option that a tool knows.
-pub(super) struct Known {
+pub(super) struct ToolOption {
     /// Its name without dashes.
     pub(super) name: &'static str,
     /// The number of words after it.
@@ -29,7 +29,7 @@ pub(super) enum Item {
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub(super) fn parse(tool: &str, args: &[String], known: &[Known]) -> Result<Vec<Item>, String> {
+pub(super) fn parse(tool: &str, args: &[String], known: &[ToolOption]) -> Result<Vec<Item>, String> {
     let mut items = Vec::new();
     let mut rest = args.iter();
     while let Some(arg) = rest.next() {
@@ -59,9 +59,9 @@ pub(super) fn parse(tool: &str, args: &[String], known: &[Known]) -> Result<Vec<
 }
 
 /// The help text of the options.
-pub(super) fn help(usage: &str, known: &[Known]) -> String {
+pub(super) fn help(usage: &str, known: &[ToolOption]) -> String {
     let mut text = format!("{usage}\n\nOptions:\n");
-    for Known { name, words, help } in known.iter().filter(|k| !k.help.is_empty()) {
+    for ToolOption { name, words, help } in known.iter().filter(|k| !k.help.is_empty()) {
         let dashes = if name.len() <= 2 { "-" } else { "--" };
         text += &format!("  {:<28} {help}\n", format!("{dashes}{name}{}", " ARG".repeat(*words)));
     }
@@ -75,8 +75,8 @@ pub(super) fn help(usage: &str, known: &[Known]) -> String {
 mod tests {
     use super::*;
 
-    const KNOWN: [Known; 2] =
-        [Known { name: "g", words: 2, help: "" }, Known { name: "param", words: 2, help: "" }];
+    const KNOWN: [ToolOption; 2] =
+        [ToolOption { name: "g", words: 2, help: "" }, ToolOption { name: "param", words: 2, help: "" }];
 
     #[test]
     fn one_dash_or_two() {

@@ -1,6 +1,6 @@
 //! `oslinfo`: prints the parameters of shaders, compiled or not.
 
-use super::options::{self, Item, Known};
+use super::options::{self, Item, ToolOption};
 use super::{Console, number};
 use crate::cli::args::ReadArgs;
 use crate::cli::args::limits::LimitArgs;
@@ -10,11 +10,11 @@ use osl::stages;
 use serde_json::Value;
 use std::path::PathBuf;
 
-const fn o(name: &'static str, words: usize, help: &'static str) -> Known {
-    Known { name, words, help }
+const fn o(name: &'static str, words: usize, help: &'static str) -> ToolOption {
+    ToolOption { name, words, help }
 }
 
-const KNOWN: &[Known] = &[
+const KNOWN: &[ToolOption] = &[
     o("help", 0, "Print this"),
     o("h", 0, "Print this"),
     o("v", 0, "Show defaults and metadata, one a line"),

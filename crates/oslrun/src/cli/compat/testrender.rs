@@ -3,7 +3,7 @@
 use super::Console;
 use super::folders::Folders;
 use super::group::GroupBuilder;
-use super::options::{self, Item, Known};
+use super::options::{self, Item, ToolOption};
 use super::settings::{self, Settings};
 use crate::cli::{input, output, session};
 use osl::stages;
@@ -18,13 +18,13 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-const fn o(name: &'static str, words: usize, help: &'static str) -> Known {
-    Known { name, words, help }
+const fn o(name: &'static str, words: usize, help: &'static str) -> ToolOption {
+    ToolOption { name, words, help }
 }
 
 /// The tool's options. Those without help text control a code generator or a graphics card, which do not
 /// exist here.
-const KNOWN: &[Known] = &[
+const KNOWN: &[ToolOption] = &[
     o("help", 0, "Print this"),
     o("r", 2, "Width and height of the picture: 640 480"),
     o("res", 2, "The same"),

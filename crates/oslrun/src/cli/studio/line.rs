@@ -6,7 +6,7 @@ use crate::cli::args::{RunArgs, SampleArgs};
 use crate::cli::figures::{self, Figure, Pictures, Results};
 use crate::cli::{Failure, run};
 use osl_hir::hir::Program;
-use osl_lower::taps::{self, Doings, Most, Wanted};
+use osl_lower::taps::{self, Doings, Most, TapPath};
 use osl_studio::Thumbnail;
 use osl_syntax::source::SourceMap;
 use std::cell::RefCell;
@@ -23,8 +23,8 @@ pub(super) fn lines(program: &Program, sources: &SourceMap) -> Vec<u32> {
 }
 
 /// The tap that an output of a state names, if it is one: no output has a colon in its name.
-pub(super) fn tap(output: &str) -> Option<Result<Wanted, String>> {
-    output.contains(':').then(|| Wanted::parse(output))
+pub(super) fn tap(output: &str) -> Option<Result<TapPath, String>> {
+    output.contains(':').then(|| TapPath::parse(output))
 }
 
 /// Pictures of what a line does, and how many are left out.

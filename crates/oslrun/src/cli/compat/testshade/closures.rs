@@ -5,7 +5,7 @@
 use super::super::Console;
 use osl_ir::ir::{Body, Kind};
 use osl_ir::passes::{self, Pass};
-use osl_lower::components::{self, Known, Problem, Stops};
+use osl_lower::components::{self, Problem, RendererClosure, Stops};
 use osl_lower::group::Group;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
@@ -19,17 +19,17 @@ const TEXT: (Kind, u32) = (Kind::Str, 1);
 const TRIPLE: (Kind, u32) = (Kind::Triple, 1);
 const LABEL: &[(&str, Kind, u32)] = &[("label", Kind::Str, 1)];
 
-const fn closure(name: &'static str, params: &'static [(Kind, u32)]) -> Known {
-    Known { name, params, keywords: &[] }
+const fn closure(name: &'static str, params: &'static [(Kind, u32)]) -> RendererClosure {
+    RendererClosure { name, params, keywords: &[] }
 }
 
-const KNOWN: &[Known] = &[
+const KNOWN: &[RendererClosure] = &[
     closure("emission", &[]),
     closure("background", &[]),
-    Known { keywords: LABEL, ..closure("diffuse", &[TRIPLE]) },
+    RendererClosure { keywords: LABEL, ..closure("diffuse", &[TRIPLE]) },
     closure("oren_nayar", &[TRIPLE, FLOAT]),
     closure("translucent", &[TRIPLE]),
-    Known { keywords: LABEL, ..closure("phong", &[TRIPLE, FLOAT]) },
+    RendererClosure { keywords: LABEL, ..closure("phong", &[TRIPLE, FLOAT]) },
     closure("ward", &[TRIPLE, TRIPLE, FLOAT, FLOAT]),
     closure("microfacet", &[TEXT, TRIPLE, TRIPLE, FLOAT, FLOAT, FLOAT, INT]),
     closure("reflection", &[TRIPLE, FLOAT]),
@@ -37,7 +37,7 @@ const KNOWN: &[Known] = &[
     closure("transparent", &[]),
     closure("debug", &[TEXT]),
     closure("holdout", &[]),
-    Known {
+    RendererClosure {
         keywords: &[
             ("int_key", Kind::Int, 1),
             ("float_key", Kind::Float, 1),

@@ -6,7 +6,7 @@ mod setup;
 mod show;
 
 use super::Console;
-use super::options::{self, Known};
+use super::options::{self, ToolOption};
 use super::told::Teller;
 use crate::cli::session;
 use job::{Job, Order};
@@ -22,12 +22,12 @@ use osl_syntax::source::SourceMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-const fn o(name: &'static str, words: usize, help: &'static str) -> Known {
-    Known { name, words, help }
+const fn o(name: &'static str, words: usize, help: &'static str) -> ToolOption {
+    ToolOption { name, words, help }
 }
 
 /// The tool's options. Those without help text control a code generator, which does not exist here.
-const KNOWN: &[Known] = &[
+const KNOWN: &[ToolOption] = &[
     o("help", 0, "Print this"),
     o("v", 0, "Print the group too"),
     o("oslquery", 0, "Print the group and the parameters of its layers"),
