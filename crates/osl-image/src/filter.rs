@@ -89,7 +89,7 @@ const BLACK: usize = usize::MAX;
 struct Taps<const K: usize> {
     texel: [usize; K],
     weight: [f32; K],
-    slope: [f32; K],
+    derivs: [f32; K],
     /// Whether the texels follow each other.
     are_neighbours: bool,
 }
@@ -136,7 +136,7 @@ struct Axis {
 impl<const K: usize> Taps<K> {
     /// Taps on the texels from `first` on. Wrapping repeats the stored texels.
     #[inline]
-    fn new(first: i64, axis: Axis, weight: [f32; K], slope: [f32; K]) -> Self {
+    fn new(first: i64, axis: Axis, weight: [f32; K], derivs: [f32; K]) -> Self {
         let length = axis.stored as i64;
         // Both are far from the largest integers.
         let first = first - axis.origin;
@@ -146,13 +146,13 @@ impl<const K: usize> Taps<K> {
         } else {
             std::array::from_fn(|k| axis.wrap.texel(first + k as i64, length).unwrap_or(BLACK))
         };
-        Self { texel, weight, slope: slope.map(|d| d * axis.full as f32), are_neighbours }
+        Self { texel, weight, derivs: derivs.map(|d| d * axis.full as f32), are_neighbours }
     }
 
-    /// The taps that are not black: texel, weight, slope.
+    /// The taps that are not black: texel, weight, derivs.
     #[inline]
     fn iter(&self) -> impl Iterator<Item = (usize, f32, f32)> {
-        let taps = (0..K).map(|k| (self.texel[k], self.weight[k], self.slope[k]));
+        let taps = (0..K).map(|k| (self.texel[k], self.weight[k], self.derivs[k]));
         taps.filter(|(texel, ..)| *texel != BLACK)
     }
 
@@ -175,7 +175,7 @@ fn linear(s: f32, axis: Axis) -> Taps<2> {
 
 fn cubic(s: f32, axis: Axis) -> Taps<4> {
     let AxisPosition { below, fraction } = AxisPosition::of(s, axis.full);
-    Taps::new(below - 1, axis, b_spline(fraction), b_spline_slope(fraction))
+    Taps::new(below - 1, axis, b_spline(fraction), b_spline_derivs(fraction))
 }
 
 /// The weights of the uniform cubic B-spline at `f` in 0..1 past the second of four texels.
@@ -190,7 +190,7 @@ fn b_spline(f: f32) -> [f32; 4] {
 }
 
 /// The derivatives of [`b_spline`] with respect to `f`.
-fn b_spline_slope(f: f32) -> [f32; 4] {
+fn b_spline_derivs(f: f32) -> [f32; 4] {
     let g = 1.0 - f;
     [-0.5 * g * g, f * (1.5 * f - 2.0), g * (2.0 - 1.5 * g), 0.5 * f * f]
 }
@@ -259,8 +259,8 @@ fn accumulate<T: Texel, const K: usize, const N: usize, const DERIVS: bool>(
     }
     let Source { level, n_stored, first, .. } = *source;
     let mut sum = Sample::default();
-    for (y, weight_t, slope_t) in rows.iter() {
-        for (x, weight_s, slope_s) in columns.iter() {
+    for (y, weight_t, deriv_t) in rows.iter() {
+        for (x, weight_s, deriv_s) in columns.iter() {
             let start = (y * level.width + x) * n_stored + first;
             let Some(texel) = texels.get(start..).and_then(|rest| rest.first_chunk::<N>()) else {
                 continue;
@@ -269,8 +269,8 @@ fn accumulate<T: Texel, const K: usize, const N: usize, const DERIVS: bool>(
                 let value = value.float();
                 sum.value[channel] += weight_s * weight_t * value;
                 if DERIVS {
-                    sum.d_ds[channel] += slope_s * weight_t * value;
-                    sum.d_dt[channel] += weight_s * slope_t * value;
+                    sum.d_ds[channel] += deriv_s * weight_t * value;
+                    sum.d_dt[channel] += weight_s * deriv_t * value;
                 }
             }
         }
@@ -292,18 +292,18 @@ fn accumulate_neighbours<T: Texel, const K: usize, const N: usize, const DERIVS:
         return None;
     }
     let mut sum = Sample::default();
-    for (y, weight_t, slope_t) in rows.iter() {
+    for (y, weight_t, deriv_t) in rows.iter() {
         let start = (y * level.width + columns.texel[0]) * N;
         let row = texels.get(start..start + K * N)?.as_chunks::<N>().0.first_chunk::<K>()?;
-        for (texel, (weight_s, slope_s)) in row.iter().zip(columns.weight.into_iter().zip(columns.slope)) {
+        for (texel, (weight_s, deriv_s)) in row.iter().zip(columns.weight.into_iter().zip(columns.derivs)) {
             let values = texel.map(Texel::float);
             for (sum, value) in sum.value.iter_mut().zip(values) {
                 *sum += weight_s * weight_t * value;
             }
             if DERIVS {
                 for (channel, value) in values.into_iter().enumerate() {
-                    sum.d_ds[channel] += slope_s * weight_t * value;
-                    sum.d_dt[channel] += weight_s * slope_t * value;
+                    sum.d_ds[channel] += deriv_s * weight_t * value;
+                    sum.d_dt[channel] += weight_s * deriv_t * value;
                 }
             }
         }
@@ -320,7 +320,7 @@ mod tests {
         for i in 0..100 {
             let f = i as f32 / 100.0;
             assert!((b_spline(f).iter().sum::<f32>() - 1.0).abs() < 2e-7);
-            assert!(b_spline_slope(f).iter().sum::<f32>().abs() < 2e-7);
+            assert!(b_spline_derivs(f).iter().sum::<f32>().abs() < 2e-7);
         }
     }
 
@@ -330,8 +330,8 @@ mod tests {
         for i in 1..100 {
             let f = i as f32 / 100.0;
             let (before, after) = (b_spline(f - step), b_spline(f + step));
-            for (k, slope) in b_spline_slope(f).into_iter().enumerate() {
-                assert!(((after[k] - before[k]) / (2.0 * step) - slope).abs() < 1e-3);
+            for (k, deriv) in b_spline_derivs(f).into_iter().enumerate() {
+                assert!(((after[k] - before[k]) / (2.0 * step) - deriv).abs() < 1e-3);
             }
         }
     }

@@ -215,11 +215,11 @@ fn set_parsed(
         return Err(wrong());
     }
     let value = value().ok_or_else(error)?;
-    let spread = |v: Const| match v {
+    let broadcast = |v: Const| match v {
         Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
         v => v,
     };
-    values.values.insert(name.into(), value.into_iter().map(spread).collect());
+    values.values.insert(name.into(), value.into_iter().map(broadcast).collect());
     Ok(())
 }
 

@@ -128,7 +128,7 @@ fn sum<T: Float, const D: usize>(terms: [T; D]) -> T {
 struct Sum<T, const D: usize> {
     value: T,
     toward: [T; D],
-    slope: [T; D],
+    derivs: [T; D],
 }
 
 /// The position of a point: the first corner of its simplex, the offset from there, and the ranks of the
@@ -240,7 +240,7 @@ pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
 fn skewed<T: Float, const D: usize>(p: [T; D], seed: u32) -> (T, [T; D]) {
     let Site { base, origin, rank } = site(p);
     let zero = T::lit(0.0);
-    let mut total = Sum { value: zero, toward: [zero; D], slope: [zero; D] };
+    let mut total = Sum { value: zero, toward: [zero; D], derivs: [zero; D] };
     each(
         D + 1,
         #[inline(always)]
@@ -255,7 +255,7 @@ fn skewed<T: Float, const D: usize>(p: [T; D], seed: u32) -> (T, [T; D]) {
                     #[inline(always)]
                     |a| {
                         total.toward[a] = total.toward[a] + corner.toward[a];
-                        total.slope[a] = total.slope[a] + corner.slope[a];
+                        total.derivs[a] = total.derivs[a] + corner.derivs[a];
                     },
                 );
             }
@@ -263,7 +263,7 @@ fn skewed<T: Float, const D: usize>(p: [T; D], seed: u32) -> (T, [T; D]) {
     );
     let d = array(
         #[inline(always)]
-        |a| (total.toward[a] * T::lit(-8.0) + total.slope[a]) * T::lit(SCALE[D]),
+        |a| (total.toward[a] * T::lit(-8.0) + total.derivs[a]) * T::lit(SCALE[D]),
     );
     (T::lit(SCALE[D]) * total.value, d)
 }
@@ -331,7 +331,7 @@ fn corner<T: Float, const D: usize>(origin: [T; D], rank: [i32; D], q: usize, g:
             #[inline(always)]
             |a| pull * way[a],
         ),
-        slope: array(
+        derivs: array(
             #[inline(always)]
             |a| t4 * g[a],
         ),

@@ -41,7 +41,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 return;
             }
             if is_single && self.source.attribute_is_shared(object, name, *element) {
-                step.outs.iter().for_each(|out| self.spread(*out, lane));
+                step.outs.iter().for_each(|out| self.broadcast_lane(*out, lane));
                 return;
             }
         }
@@ -56,7 +56,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     }
 
     /// Gives all lanes the value of one of them.
-    fn spread(&mut self, out: Operand, lane: usize) {
+    fn broadcast_lane(&mut self, out: Operand, lane: usize) {
         let width = self.width;
         if let Location::Lanes { reg, component, cells } = out.location {
             let words = self.registers[self.per_cell.register(reg, cells)].words_mut();

@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 
 /// How a value changes; a triple by component.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Slope {
+pub struct Derivatives {
     /// The change to the next pixel along x.
     pub dx: Vec<f64>,
     /// The change to the next pixel along y.
@@ -49,31 +49,32 @@ const MAX_NODES: usize = 2_000;
 /// Where a variable was set: the line, the name, and in which call.
 type SetAt = (u32, String);
 
-/// Adds the changes to the values of an explanation. `plain` is its trace, and `sloped` that of the body
+/// Adds the changes to the values of an explanation. `plain` is its trace, and `with_derivs` that of the body
 /// whose notes have derivatives.
 pub fn derivatives(
     explanation: &mut Explanation,
     plain: &Trace,
-    sloped: &Trace,
+    with_derivs: &Trace,
     point: OnePoint<'_>,
     sources: &SourceMap,
 ) {
     let by_uv = inverse(point);
-    let mut slopes: FxHashMap<(u32, usize), [Vec<f64>; 2]> = FxHashMap::default();
+    let mut found_derivs: FxHashMap<(u32, usize), [Vec<f64>; 2]> = FxHashMap::default();
     let mut times: FxHashMap<u32, usize> = FxHashMap::default();
-    for (site, node) in sets(sloped) {
+    for (site, node) in sets(with_derivs) {
         let n = times.entry(site).or_default();
         if let (_, [_, dx, dy]) = set_args(&node.args) {
-            slopes.insert(
+            found_derivs.insert(
                 (site, *n),
-                [*dx, *dy]
-                    .map(|id| numbers(sloped.node(id)).into_iter().map(|x| x + 0.0).collect::<Vec<f64>>()),
+                [*dx, *dy].map(|id| {
+                    numbers(with_derivs.node(id)).into_iter().map(|x| x + 0.0).collect::<Vec<f64>>()
+                }),
             );
         }
         *n += 1;
     }
     // The same walk over the first trace, with the calls that it enters.
-    let mut found: FxHashMap<(usize, u32, String), Vec<Slope>> = FxHashMap::default();
+    let mut found: FxHashMap<(usize, u32, String), Vec<Derivatives>> = FxHashMap::default();
     let mut known: FxHashMap<NodeId, SetAt> = FxHashMap::default();
     let (mut stack, mut calls) = (vec![0_usize], 0);
     times.clear();
@@ -89,7 +90,7 @@ pub fn derivatives(
             Note::Leave => drop(stack.pop()),
             Note::Set(name) => {
                 let n = times.entry(*site).or_default();
-                let changes = slopes.remove(&(*site, *n));
+                let changes = found_derivs.remove(&(*site, *n));
                 *n += 1;
                 let (index, [value, ..]) = set_args(&node.args) else { continue };
                 let name = index.map_or_else(|| name.to_string(), |i| element(name, plain.node(*i)));
@@ -97,9 +98,9 @@ pub fn derivatives(
                 if let Some([dx, dy]) = changes {
                     let (du, dv) = by_uv.map_or_else(Default::default, |inverse| along(&inverse, &dx, &dy));
                     let (through, made) = through(*value, plain, &known);
-                    let slope = Slope { dx, dy, du, dv, through, made };
+                    let derivs = Derivatives { dx, dy, du, dv, through, made };
                     let call = stack.last().copied().unwrap_or(0);
-                    found.entry((call, line, name.clone())).or_default().push(slope);
+                    found.entry((call, line, name.clone())).or_default().push(derivs);
                 }
                 known.entry(*value).or_insert((line, name));
             }
@@ -109,10 +110,10 @@ pub fn derivatives(
     for line in &mut explanation.lines {
         for fact in &mut line.facts {
             if let What::Set { name, values, derivatives, .. } = &mut fact.what
-                && let Some(slopes) = found.remove(&(fact.call, line.number, name.clone()))
-                && slopes.len() == values.len()
+                && let Some(found_derivs) = found.remove(&(fact.call, line.number, name.clone()))
+                && found_derivs.len() == values.len()
             {
-                *derivatives = slopes;
+                *derivatives = found_derivs;
             }
         }
     }

@@ -18,7 +18,7 @@ pub mod text;
 mod value;
 
 pub use cost::{Cost, cost, table};
-pub use derivatives::{Slope, ValueOrigin, derivatives};
+pub use derivatives::{Derivatives, ValueOrigin, derivatives};
 pub use lines::explain;
 pub use narrow::Selection;
 pub(crate) use show::{percent, short};
@@ -166,7 +166,7 @@ pub enum What {
         compiled: Compiled,
         /// How each value changes, if that is requested.
         #[serde(skip_serializing_if = "Vec::is_empty")]
-        derivatives: Vec<Slope>,
+        derivatives: Vec<Derivatives>,
     },
     /// A condition was evaluated.
     Branch {

@@ -209,37 +209,37 @@ impl Writer<'_> {
                 };
                 out.push(format!("{name}{}{compiled}", self.by_call(&texts, say.several)));
                 for fact in facts {
-                    self.slopes(fact, say.several, out);
+                    self.derivatives(fact, say.several, out);
                 }
             }
         }
     }
 
     /// How the values of a variable change.
-    fn slopes(&self, fact: &Fact, several: bool, out: &mut Vec<String>) {
+    fn derivatives(&self, fact: &Fact, several: bool, out: &mut Vec<String>) {
         let What::Set { derivatives, .. } = &fact.what else { return };
         let shown = match derivatives.len() {
             n if self.style.all || n <= 1 => derivatives,
             n => &derivatives[n - 1..],
         };
-        for slope in shown {
+        for derivs in shown {
             let last = if shown.len() < derivatives.len() { "the last: " } else { "" };
             let call = if several { format!(" (call {})", fact.call) } else { String::new() };
-            if slope.dx.iter().chain(&slope.dy).all(|x| *x == 0.0) {
-                let why = match slope.made {
+            if derivs.dx.iter().chain(&derivs.dy).all(|x| *x == 0.0) {
+                let why = match derivs.made {
                     ValueOrigin::Constant => ": a constant here".to_string(),
                     ValueOrigin::Derivative => ": in the language, a derivative has none itself".to_string(),
-                    ValueOrigin::Other => through(&slope.through),
+                    ValueOrigin::Other => through(&derivs.through),
                 };
                 out.push(format!("  {last}derivative 0{why}{call}"));
                 continue;
             }
             let mut text = format!("  {last}");
-            if !slope.du.is_empty() {
-                text += &format!("d/du = {}, d/dv = {}; ", list(&slope.du), list(&slope.dv));
+            if !derivs.du.is_empty() {
+                text += &format!("d/du = {}, d/dv = {}; ", list(&derivs.du), list(&derivs.dv));
             }
-            text += &format!("to the next pixel {} in x, {} in y", list(&slope.dx), list(&slope.dy));
-            out.push(text + &through(&slope.through) + &call);
+            text += &format!("to the next pixel {} in x, {} in y", list(&derivs.dx), list(&derivs.dy));
+            out.push(text + &through(&derivs.through) + &call);
         }
     }
 

@@ -28,7 +28,7 @@ pub(super) struct Cluster {
     /// The box around the offsets.
     low: [f32; 3],
     high: [f32; 3],
-    slope: [[Lanes; 3]; 2],
+    derivs: [[Lanes; 3]; 2],
     /// The vector that the caller gives for the waves.
     given: [Lanes; 3],
     filters: Option<Filters>,
@@ -53,7 +53,7 @@ impl Cluster {
             way: [[f32::NAN; LANES]; 3],
             low: [f32::INFINITY; 3],
             high: [f32::NEG_INFINITY; 3],
-            slope: [[[0.0; LANES]; 3]; 2],
+            derivs: [[[0.0; LANES]; 3]; 2],
             given: [[0.0; LANES]; 3],
             filters: first.filter.as_ref().map(Filters::new),
             alike: true,
@@ -79,8 +79,8 @@ impl Cluster {
             // NaN leaves the box as it is.
             self.low[axis] = self.low[axis].min(way);
             self.high[axis] = self.high[axis].max(way);
-            self.slope[0][axis][lane] = site.slope[0][axis];
-            self.slope[1][axis][lane] = site.slope[1][axis];
+            self.derivs[0][axis][lane] = site.derivs[0][axis];
+            self.derivs[1][axis][lane] = site.derivs[1][axis];
             self.given[axis][lane] = given[axis];
         }
         self.alike &= given.map(f32::to_bits) == self.first.params.waves.given().map(f32::to_bits);
@@ -200,7 +200,7 @@ impl Cluster {
         array(
             #[inline(always)]
             |axis| {
-                let [dx, dy] = &self.slope;
+                let [dx, dy] = &self.derivs;
                 N::from_dual(Dual { v: r[axis][l], dx: dx[axis][l], dy: dy[axis][l] })
             },
         )

@@ -17,9 +17,9 @@ impl Site {
     pub(super) fn field<N: Number<Float = f32>>(&self, cells: &mut Cells, seed: u32) -> N {
         let params = &self.params;
         cells.visit(&self.place(seed));
-        let [dx, dy] = self.slope;
+        let [dx, dy] = self.derivs;
         // The offsets from all impulses have the same partials.
-        let slope: [N; 3] = array(
+        let derivs: [N; 3] = array(
             #[inline(always)]
             |a| N::from_dual(Dual { v: 0.0, dx: dx[a], dy: dy[a] }),
         );
@@ -28,7 +28,7 @@ impl Site {
             params,
             self.way,
             #[inline(always)]
-            |impulses| self.add(impulses, slope, &mut totals),
+            |impulses| self.add(impulses, derivs, &mut totals),
         );
         let mut sum = N::constant(0.0);
         for total in totals {
@@ -39,10 +39,10 @@ impl Site {
 
     /// Adds kernels to the totals of their cells.
     #[inline(always)]
-    fn add<N: Number<Float = f32>>(&self, impulses: &Impulses, slope: [N; 3], totals: &mut [N; WIDTH]) {
+    fn add<N: Number<Float = f32>>(&self, impulses: &Impulses, derivs: [N; 3], totals: &mut [N; WIDTH]) {
         let len = impulses.len.min(CAPACITY);
         for start in (0..len).step_by(LANES) {
-            let group = Group::new(impulses, start, self.params.waves, slope);
+            let group = Group::new(impulses, start, self.params.waves, derivs);
             let values = match &self.filter {
                 None => group.values(None, self.params.a),
                 Some(filter) => group.values(Some(filter), self.params.a),
@@ -59,26 +59,26 @@ impl Site {
 struct Group<N> {
     waves: Waves,
     r: [Lanes; 3],
-    slope: [N; 3],
+    derivs: [N; 3],
     drawn: Drawn,
 }
 
 impl<N: Number<Float = f32>> Group<N> {
     #[inline(always)]
-    fn new(impulses: &Impulses, start: usize, waves: Waves, slope: [N; 3]) -> Group<N> {
+    fn new(impulses: &Impulses, start: usize, waves: Waves, derivs: [N; 3]) -> Group<N> {
         let (mut r, mut seeds) = ([[0.0; LANES]; 3], [1; LANES]);
         for (to, from) in r.iter_mut().zip(&impulses.r) {
             to.copy_from_slice(&from[start..start + LANES]);
         }
         seeds.copy_from_slice(&impulses.seeds[start..start + LANES]);
-        Group { waves, r, slope, drawn: waves.draw(&seeds) }
+        Group { waves, r, derivs, drawn: waves.draw(&seeds) }
     }
 
     #[inline(always)]
     fn offset(&self, i: usize) -> [N; 3] {
         array(
             #[inline(always)]
-            |axis| self.slope[axis].with_value(self.r[axis][i]),
+            |axis| self.derivs[axis].with_value(self.r[axis][i]),
         )
     }
 

@@ -16,7 +16,7 @@ pub(super) struct Site {
     /// Offset from the corner to the point, in cells.
     pub(super) way: [f32; 3],
     /// Partials of the point in both directions, in the unit of the kernels.
-    pub(super) slope: [[f32; 3]; 2],
+    pub(super) derivs: [[f32; 3]; 2],
     pub(super) periods: Option<[f32; 3]>,
     pub(super) filter: Option<Filter>,
     /// Points with the same number have the same filter.
@@ -107,7 +107,7 @@ impl<'a> Sites<'a> {
             params,
             corner,
             way,
-            slope: partials.map(|d| d.map(|x| x * params.rinv * params.radius)),
+            derivs: partials.map(|d| d.map(|x| x * params.rinv * params.radius)),
             periods: if periods.is_empty() { None } else { Some(triple(periods, i)) },
             filter,
             number: self.filters,

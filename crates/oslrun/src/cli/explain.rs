@@ -191,9 +191,9 @@ fn told(
     let trace = trace::follow(&subject.body, services, point, &options.limits);
     let mut explanation = explain::explain(&trace, &subject, &loaded.sources);
     if derivatives {
-        let sloped = load::load_sloped(&Request::of(run))?;
-        let sloped = Subject::new(sloped, &options, &loaded.sources);
-        let with = trace::follow(&sloped.body, services, point, &options.limits);
+        let with_derivs = load::load_with_derivs(&Request::of(run))?;
+        let with_derivs = Subject::new(with_derivs, &options, &loaded.sources);
+        let with = trace::follow(&with_derivs.body, services, point, &options.limits);
         explain::derivatives(&mut explanation, &trace, &with, point, &loaded.sources);
     }
     explanation.narrow(part).map_err(Failure::new)?;

@@ -159,7 +159,7 @@ pub(super) fn load_noted(
 
 /// The body with notes that have the derivatives of variables; its diagnostics are reported by
 /// [`load_noted`].
-pub(super) fn load_sloped(request: &Request<'_>) -> Result<Body, Failure> {
+pub(super) fn load_with_derivs(request: &Request<'_>) -> Result<Body, Failure> {
     let request = Request { note_derivs: true, repair: request.repair.map(|_| None), ..*request };
     Ok(load_noted(&request, &mut std::io::sink())?.1)
 }

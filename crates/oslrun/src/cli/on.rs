@@ -10,7 +10,7 @@ use super::sampling::Plan;
 use super::shading::Report;
 use super::streams::Streams;
 use super::summary::{About, Stats};
-use super::surface::{Job, spread};
+use super::surface::{Job, scattered};
 use super::{Failure, histogram, output, session, sight};
 use osl_exec::{Plane, PointSource, Spaces};
 use osl_ir::ir::Kind;
@@ -42,7 +42,7 @@ pub(super) fn run(
                 said.first = seen.pixels.get(said.first).map_or(0, |pixel| *pixel as usize);
             }
             let mut coverage = vec![1.0; seen.pixels.len()];
-            coverage = spread(&coverage, &seen.pixels, args.grid.0 * args.grid.1);
+            coverage = scattered(&coverage, &seen.pixels, args.grid.0 * args.grid.1);
             (frame, coverage, seen.points.count() as u64, None)
         }
         plan => {

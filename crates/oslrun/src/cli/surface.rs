@@ -198,7 +198,7 @@ impl<'a> Job<'a> {
         let (seen, services) = self.seen(displacement)?;
         let mut frame = self.values(program, &seen, &services)?;
         for plane in &mut frame.planes {
-            plane.words = spread(&plane.words, &seen.pixels, width * height).into();
+            plane.words = scattered(&plane.words, &seen.pixels, width * height).into();
             plane.wide = Vec::new();
         }
         Ok((seen, frame))
@@ -385,7 +385,7 @@ fn head_light(points: &SurfacePoints) -> Plane {
 }
 
 /// The values of points at their pixels; other pixels are 0.
-pub(super) fn spread<T: Copy + Default>(values: &[T], pixels: &[u32], count: usize) -> Vec<T> {
+pub(super) fn scattered<T: Copy + Default>(values: &[T], pixels: &[u32], count: usize) -> Vec<T> {
     let mut all = vec![T::default(); count];
     for (value, pixel) in values.iter().zip(pixels) {
         if let Some(to) = all.get_mut(*pixel as usize) {

@@ -263,8 +263,8 @@ impl Writer<'_> {
                 for axis in Axis::BOTH {
                     // The derivative of a float next to a triple is broadcast like the float itself.
                     let tangent = d[axis as usize].map(|d| {
-                        let spread = kind == Kind::Triple && self.code.body.kind(d) == Kind::Float;
-                        if spread { self.lane(LaneOp::Splat, &[d]) } else { d }
+                        let is_broadcast = kind == Kind::Triple && self.code.body.kind(d) == Kind::Float;
+                        if is_broadcast { self.lane(LaneOp::Splat, &[d]) } else { d }
                     });
                     self.set(v, axis, tangent);
                 }
