@@ -17,8 +17,8 @@ const MAX_OPERATIONS: usize = 1 << 16;
 /// The last word of an array that a block may address, since byte offsets are signed 32-bit numbers.
 const MAX_WORDS: usize = 1 << 28;
 
-/// The longest block that is tried as a pair, and the most values that a pair may keep in working memory: with
-/// more, moving values takes longer than waiting for results.
+/// The longest block that is tried as a pair, and the most values that a pair may keep in working memory:
+/// with more, moving values takes longer than waiting for results.
 const LONGEST_PAIR: usize = 1024;
 const MAX_PAIR_SLOTS: usize = 48;
 
@@ -116,9 +116,9 @@ impl Code {
         Self::with_slots(block, target, usize::MAX)
     }
 
-    /// Code for batches of `width` lanes. If a batch consists of whole pairs of vectors, and most values fit in
-    /// registers, the code computes two vectors in step ([`Block::pair`]); a call must then ask for whole pairs.
-    /// `None` as for [`Code::new`].
+    /// Code for batches of `width` lanes. If a batch consists of whole pairs of vectors, and most values fit
+    /// in registers, the code computes two vectors in step ([`Block::pair`]); a call must then ask for whole
+    /// pairs. `None` as for [`Code::new`].
     pub fn for_batches(block: &Block, target: Target, width: usize) -> Option<Code> {
         let lanes = target.lanes();
         let is_fit = block.len() <= LONGEST_PAIR && width.is_multiple_of(2 * lanes);

@@ -131,7 +131,7 @@ pub(crate) trait Encoder: Default {
     fn land(&mut self, _skip: usize) {}
     /// Jumps to a label if the tested mask had a lane.
     fn jump_back(&mut self, _label: usize) {}
-    /// Ends the loop over the lanes, whose rounds compute a number of vectors, and the code. Returns the bytes
-    /// and the number of instructions.
+    /// Ends the loop over the lanes, whose rounds compute a number of vectors, and the code. Returns the
+    /// bytes and the number of instructions.
     fn finish(self, vectors: usize) -> (Vec<u8>, usize);
 }

@@ -9,13 +9,13 @@
 //! where no lane needs them. They run within the code, vector by vector, and a budget bounds the rounds of a
 //! call.
 //!
-//! Data flows from `block` (a list of `inst`; `simplify` merges some, `region` adds control flow, and `hoist`
-//! empties loops of what does not change) through `allocate` (registers and order) and an `encoder` (the
-//! instructions of one kind of machine) to `code` (executable memory and the call). [`Target`] names the
-//! kinds of machines: x86-64 with AVX2 or with AVX-512, whose encoders are `avx2` and `avx512`, both on
-//! `x86`, and aarch64, whose encoder is `neon`; it has no regions yet. On other machines there is no
-//! [`Code`]. [`mod@interpret`] computes a block without code. This crate must not know shaders, their
-//! operations or their arithmetic; the client expresses a shader's operations in these terms.
+//! Data flows from `block` (a list of `inst`; `simplify` merges some, `region` adds control flow, `pair` lets
+//! two vectors go in step, and `hoist` empties loops of what does not change) through `allocate` (registers
+//! and order) and an `encoder` (the instructions of one kind of machine) to `code` (executable memory and the
+//! call). [`Target`] names the kinds of machines: x86-64 with AVX2 or with AVX-512, whose encoders are `avx2`
+//! and `avx512`, both on `x86`, and aarch64, whose encoder is `neon`; it has no regions yet. On other
+//! machines there is no [`Code`]. [`mod@interpret`] computes a block without code. This crate must not know
+//! shaders, their operations or their arithmetic; the client expresses a shader's operations in these terms.
 
 mod allocate;
 mod avx2;

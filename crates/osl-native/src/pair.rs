@@ -1,10 +1,10 @@
 //! Two vectors in step: a block that computes two vectors in each round of the loop over lanes.
 //!
 //! Operations of a vector often wait for each other. A processor then starts those of the next vector, but
-//! only if they are near enough, and never before a loop within the block has ended. In a pair, each operation
-//! of the second vector follows the same operation of the first, so that two chains overlap. A loop within
-//! goes on while a lane of either vector does, and a part is skipped if no lane of either needs it, as if
-//! vectors were twice as wide. This module must not know registers or instructions.
+//! only if they are near enough, and never before a loop within the block has ended. In a pair, each
+//! operation of the second vector follows the same operation of the first, so that two chains overlap. A loop
+//! within goes on while a lane of either vector does, and a part is skipped if no lane of either needs it, as
+//! if vectors were twice as wide. This module must not know registers or instructions.
 
 use crate::block::Block;
 use crate::inst::{Carry, Inst, Kind, Op};

@@ -154,8 +154,8 @@ impl Draft {
         self.skip_if_zero(ADDRESS)
     }
 
-    /// Ends the loop, whose rounds compute a number of vectors, and the code, which its constants follow, each
-    /// as a vector. Returns the bytes and the number of instructions.
+    /// Ends the loop, whose rounds compute a number of vectors, and the code, which its constants follow,
+    /// each as a vector. Returns the bytes and the number of instructions.
     pub(super) fn finish(mut self, vectors: usize) -> (Vec<u8>, usize) {
         self.add_immediate(LANE, LANE, (VECTOR * vectors) as u32);
         self.compare(LANE, END);
