@@ -210,7 +210,8 @@ impl Builtin {
 
     /// The signatures, in order of priority.
     pub fn signatures(&'static self) -> &'static [Signature] {
-        index().get(self.name).map_or(&[], |(_, signatures)| signatures)
+        let parsed = || self.sigs.iter().filter_map(|s| Signature::parse(s, self.params)).collect();
+        index().get(self.name).map_or(&[], |(_, signatures)| signatures.get_or_init(parsed))
     }
 
     /// Number of signatures as written; equal to the number parsed.
@@ -304,15 +305,13 @@ pub fn all() -> impl Iterator<Item = &'static Builtin> {
     FAMILIES.iter().flat_map(|family| family.rows)
 }
 
-type Index = FxHashMap<&'static str, (&'static Builtin, Vec<Signature>)>;
+type Index = FxHashMap<&'static str, (&'static Builtin, OnceLock<Vec<Signature>>)>;
 
-/// The rows by name, their signatures parsed.
+/// The rows by name, with their signatures, which are parsed when they are asked for: a shader calls few
+/// functions.
 fn index() -> &'static Index {
     static INDEX: OnceLock<Index> = OnceLock::new();
-    let entry = |row: &'static Builtin| {
-        (row.name, (row, row.sigs.iter().filter_map(|s| Signature::parse(s, row.params)).collect()))
-    };
-    INDEX.get_or_init(|| all().map(entry).collect())
+    INDEX.get_or_init(|| all().map(|row| (row.name, (row, OnceLock::new()))).collect())
 }
 
 /// The row of a name.
