@@ -2,7 +2,7 @@
 # Compares two builds of oslrun in turns: processor time of the process for each additional point, from 64 x 64
 # points to a larger grid, on one thread; medians, in nanoseconds. Outputs are computed but not written.
 #
-# turns.sh OLD NEW [ROUNDS] [PART OF A NAME]     (about two minutes with 3 rounds)
+# turns.sh OLD NEW [ROUNDS] [PART OF A NAME]     (about three minutes with 3 rounds)
 set -eu
 root=$(cd "$(dirname "$0")/../../.." && pwd)
 cd "$root"
@@ -52,4 +52,7 @@ gabor 256 $lib/gabor.osl
 textures 256 $lib/textures.osl -p image=$image
 derivatives 1024 $lib/derivatives.osl
 strings 768 $lib/strings.osl
+loops 256 $lib/loops.osl
+pattern 1024 $lib/pattern.osl
+ramps 1024 $lib/ramps.osl
 LIST
