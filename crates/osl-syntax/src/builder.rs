@@ -6,8 +6,10 @@
 
 mod declare;
 mod express;
+mod operators;
 
 pub(crate) use declare::{ForHead, FormalParts, FunctionHead, ShaderHead};
+pub(crate) use operators::Operated;
 
 use crate::Options;
 use crate::ast::{Ast, Expr, ExprId, ExprKind, Item, Name, StmtId, StmtKind};
@@ -27,6 +29,8 @@ pub(crate) struct Builder<'a> {
     /// The depth of the subtree below each expression and statement, so that later visitors may recurse.
     expr_depths: Vec<u32>,
     stmt_depths: Vec<u32>,
+    /// The operands of all chains of operators that wait for an operand on their right.
+    lefts: Vec<operators::Left>,
     too_deep: bool,
 }
 
@@ -40,6 +44,7 @@ impl<'a> Builder<'a> {
             diagnostics: Sink::new(options.limits.reading.diagnostics),
             expr_depths: Vec::new(),
             stmt_depths: Vec::new(),
+            lefts: Vec::new(),
             too_deep: false,
         }
     }
