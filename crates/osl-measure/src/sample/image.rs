@@ -119,16 +119,21 @@ impl Tally {
 
     /// Records the sample counts of pixels, one after the other.
     pub(super) fn note_all(&mut self, samples: impl Iterator<Item = u32>) {
-        // Runs of equal numbers are long.
-        let mut run = (0, 0);
+        // Nearly all numbers are 0 or powers of two.
+        let mut counts = [0; 33];
         for n in samples {
-            if n != run.0 {
-                self.note(run.0, run.1);
-                run = (n, 0);
+            if n & n.wrapping_sub(1) == 0 {
+                let place = u32::BITS - n.leading_zeros();
+                if let Some(count) = counts.get_mut(place as usize) {
+                    *count += 1;
+                }
+            } else {
+                self.note(n, 1);
             }
-            run.1 += 1;
         }
-        self.note(run.0, run.1);
+        for (count, place) in counts.into_iter().zip(0..) {
+            self.note(if place == 0 { 0 } else { 1 << (place - 1) }, count);
+        }
     }
 
     /// Evaluations for each pixel.

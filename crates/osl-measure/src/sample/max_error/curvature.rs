@@ -8,6 +8,7 @@ use crate::sample::bounds::Weights;
 use crate::sample::rate::ticks;
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// The largest curvatures over all planes at the pixels of one lattice line.
 struct Line {
@@ -54,9 +55,17 @@ impl<'a> Planes<'a> {
 }
 
 impl Work<'_, '_> {
-    /// The curvatures of a lattice, for every cell.
-    pub(super) fn curvatures(&self, step: usize) -> Curvatures {
-        self.planes().curvatures(step)
+    /// The curvatures of a lattice, for every cell. Those of a lattice that was computed as a whole are
+    /// kept, because they change no more.
+    pub(super) fn curvatures(&mut self, step: usize) -> Arc<Curvatures> {
+        if let Some(kept) = self.kept(step).and_then(|kept| kept.curvatures.clone()) {
+            return kept;
+        }
+        let found = Arc::new(self.planes().curvatures(step));
+        if let Some(kept) = self.kept(step) {
+            kept.curvatures = Some(found.clone());
+        }
+        found
     }
 
     /// The curvature of one cell, given by its top left corner.
@@ -73,50 +82,72 @@ impl Planes<'_> {
     /// The curvatures of a lattice: [`curvature`](Self::curvature) of each of its cells.
     fn curvatures(&self, step: usize) -> Curvatures {
         let columns = self.width.div_ceil(step);
-        let lines: Vec<Line> = ticks(0..self.height, step)
+        let (across, down) = (ticks(0..self.width, step), ticks(0..self.height, step));
+        let lattices: Vec<(Cow<'_, [f32]>, f32)> =
+            self.weighty().map(|(plane, weight)| (self.lattice(plane, &down, step), weight)).collect();
+        let lines: Vec<Line> = down
             .into_par_iter()
+            .enumerate()
             .with_min_len(16)
-            .map(|y| self.line(y, step))
+            .map(|(line, y)| self.line(&lattices, (line, y), (across.len(), step)))
             .collect();
-        let next = usize::from(step > 1);
         let row = |y: usize| {
-            let (above, below) = (&lines[y], &lines[(y + next).min(lines.len() - 1)]);
+            let above = &lines[y];
+            if step == 1 {
+                let both = above.across.iter().zip(&above.down);
+                return both.map(|(across, down)| (across + down) / 8.0).collect();
+            }
+            let below = &lines[(y + 1).min(lines.len() - 1)];
             let [across, down] =
                 [(&above.across, &below.across), (&above.down, &below.down)].map(|(a, b)| {
-                    let mut largest: Vec<f32> = a.iter().zip(b).map(|(a, b)| larger(*a, *b)).collect();
-                    for x in 0..columns.min(largest.len().saturating_sub(1)) * next {
-                        largest[x] = larger(largest[x], largest[x + 1]);
-                    }
-                    largest
+                    let largest: Vec<f32> = a.iter().zip(b).map(|(a, b)| larger(*a, *b)).collect();
+                    let next = largest.iter().skip(1).chain(largest.last());
+                    largest.iter().zip(next).map(|(a, b)| larger(*a, *b)).take(columns).collect::<Vec<f32>>()
                 });
-            across.into_iter().zip(down).map(|(across, down)| (across + down) / 8.0).take(columns).collect()
+            across.into_iter().zip(down).map(|(across, down)| (across + down) / 8.0).collect()
         };
         let rows: Vec<Vec<f32>> =
             (0..self.height.div_ceil(step)).into_par_iter().with_min_len(16).map(row).collect();
         Curvatures { step, rows }
     }
 
-    /// The curvatures at the pixels of one lattice line.
-    fn line(&self, y: usize, step: usize) -> Line {
-        let columns = ticks(0..self.width, step);
+    /// The pixels of a lattice alone, row by row. `lines` are its rows.
+    fn lattice<'p>(&self, plane: &'p [f32], lines: &[usize], step: usize) -> Cow<'p, [f32]> {
+        if step == 1 {
+            return Cow::Borrowed(plane);
+        }
+        // Between the last column of the lattice and the border, the border is a column too.
+        let has_border = !(self.width - 1).is_multiple_of(step);
+        let mut pixels = Vec::with_capacity(lines.len() * (self.width / step + 2));
+        for y in lines {
+            let row = &plane[y * self.width..(y + 1) * self.width];
+            pixels.extend(row.chunks(step).map(|cell| cell[0]));
+            pixels.extend(row.last().filter(|_| has_border));
+        }
+        pixels.into()
+    }
+
+    /// The curvatures at the pixels of one lattice line: its number, and its row in the image. `lattices`
+    /// are the pixels of the lattice in each plane, and the plane's factor.
+    fn line(
+        &self,
+        lattices: &[(Cow<'_, [f32]>, f32)],
+        (line, y): (usize, usize),
+        (columns, step): (usize, usize),
+    ) -> Line {
         let last = inside(self.width, step).map_or(0, |(_, last)| last / step);
-        let middle = inside(self.height, step).map(|(first, last)| y.clamp(first, last));
-        let mut line = Line { across: vec![0.0; columns.len()], down: vec![0.0; columns.len()] };
+        let middle = inside(self.height, step).map(|(first, last)| y.clamp(first, last) / step);
+        let number = line;
+        let mut line = Line { across: vec![0.0; columns], down: vec![0.0; columns] };
         // At the borders, use the curvature of the neighbouring column.
-        let mut twist = vec![0.0; columns.len()];
-        for (plane, weight) in self.weighty() {
-            let row = |y: usize| -> Cow<'_, [f32]> {
-                let row = &plane[y * self.width..(y + 1) * self.width];
-                match step {
-                    1 => Cow::Borrowed(row),
-                    _ => columns.iter().map(|x| row[*x]).collect::<Vec<f32>>().into(),
-                }
-            };
-            let here = row(y);
-            seconds(&mut line.across[..=last], [&here, &here, &here], ([0, 1, 2], weight));
+        let mut twist = vec![0.0; if step == 1 { columns } else { 0 }];
+        for (pixels, weight) in lattices {
+            let weight = *weight;
+            let row = |line: usize| &pixels[line * columns..(line + 1) * columns];
+            let here = row(number);
+            seconds(&mut line.across[..=last], [here; 3], ([0, 1, 2], weight));
             let Some(middle) = middle else { continue };
-            let rows = [row(middle - step), row(middle), row(middle + step)];
-            let rows = [&*rows[0], &*rows[1], &*rows[2]];
+            let rows = [row(middle - 1), row(middle), row(middle + 1)];
             for (down, ((a, b), c)) in line.down.iter_mut().zip(rows[0].iter().zip(rows[1]).zip(rows[2])) {
                 *down = larger(*down, weight * bent(*a, *b, *c));
             }
@@ -127,7 +158,7 @@ impl Planes<'_> {
             }
         }
         for of in [&mut line.across, &mut twist] {
-            if last > 0 {
+            if last > 0 && !of.is_empty() {
                 of[0] = of[1];
                 let end = of[last];
                 of[last + 1..].fill(end);

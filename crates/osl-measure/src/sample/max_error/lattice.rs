@@ -3,8 +3,8 @@
 use super::cell::{between, corners, interpolate};
 use super::curvature::Curvatures;
 use super::policy::{COARSE, WHOLE, WIDEST};
-use super::{Work, above, count};
-use crate::sample::rate::{mix, stretch, stretched, ticks};
+use super::{Work, above, count, set};
+use crate::sample::rate::{mix, stretch, ticks};
 use osl_exec::RunError;
 
 /// A curvature above this multiple of the limit marks an edge.
@@ -42,6 +42,7 @@ impl Work<'_, '_> {
             values
         });
         self.values = planes.collect();
+        self.keep(COARSE);
         Ok(())
     }
 
@@ -57,25 +58,31 @@ impl Work<'_, '_> {
     fn interpolate(&mut self, steps: [usize; 2]) {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, steps[0]), ticks(rows.clone(), steps[1]));
-        let known = &self.known;
-        // At the pixels of the lattice, the interpolated value is the computed one.
-        let has_others = count(known) > columns.len() * lines.len();
-        for values in &mut self.values {
-            let corners: Vec<f32> = lines
-                .iter()
-                .flat_map(|y| columns.iter().map(|x| (*y, *x)))
-                .map(|(y, x)| values[y * width + x])
-                .collect();
-            if !has_others {
-                stretch(&corners, (&columns, &lines), &rows, (values, width));
-            } else {
-                let mut filled = stretched(&corners, &columns, &lines, width, &rows);
-                let pixels = filled.iter_mut().zip(values.iter()).zip(known);
-                pixels.filter(|(_, known)| **known).for_each(|((filled, value), _)| *filled = *value);
-                *values = filled;
-            }
-        }
         self.filled = Some(steps);
+        let known = count(&self.known);
+        if known == self.known.len() {
+            return;
+        }
+        // At the pixels of the lattice, the interpolated value is the computed one.
+        let mut others = Vec::new();
+        if known > columns.len() * lines.len() {
+            let is_other = |at: &usize| {
+                let (x, y) = (at % width, at / width);
+                let is_tick = |at: usize, step: usize, size: usize| at.is_multiple_of(step) || at + 1 == size;
+                !is_tick(x, steps[0], width) || !is_tick(y, steps[1], rows.end)
+            };
+            others.extend(set(&self.known).filter(is_other));
+        }
+        for values in &mut self.values {
+            let mut corners = Vec::with_capacity(columns.len() * lines.len());
+            for y in &lines {
+                let row = &values[y * width..(y + 1) * width];
+                corners.extend(columns.iter().map(|x| row[*x]));
+            }
+            let own: Vec<f32> = others.iter().map(|at| values[*at]).collect();
+            stretch(&corners, (&columns, &lines), &rows, (values, width));
+            others.iter().zip(own).for_each(|(at, own)| values[*at] = own);
+        }
     }
 
     /// Computes the pixels that cells with pending pixels, and their estimates, need; then interpolates
@@ -134,6 +141,9 @@ impl Work<'_, '_> {
             return Ok(());
         }
         self.compute(missing)?;
+        if steps[0] == steps[1] {
+            self.keep(steps[0]);
+        }
         if steps == [1; 2] {
             self.filled = Some(steps);
         } else {
@@ -168,15 +178,19 @@ impl Work<'_, '_> {
 
     /// The cells with pending pixels, by their top left corners.
     fn wanted(&self, step: usize, pending: &[bool]) -> Vec<[usize; 2]> {
-        let lines = (0..self.height).step_by(step);
-        let all = lines.flat_map(|y| (0..self.width).step_by(step).map(move |x| [x, y]));
-        all.filter(|cell| self.any(*cell, step, pending)).collect()
-    }
-
-    /// Whether a pixel of a cell is pending.
-    fn any(&self, [x, y]: [usize; 2], step: usize, pending: &[bool]) -> bool {
-        let columns = x..(x + step).min(self.width);
-        (y..(y + step).min(self.height)).any(|y| columns.clone().any(|x| pending[y * self.width + x]))
+        let mut cells = Vec::new();
+        let mut any = vec![false; self.width];
+        for (line, rows) in pending.chunks(step * self.width).enumerate() {
+            any.fill(false);
+            for row in rows.chunks(self.width) {
+                any.iter_mut().zip(row).for_each(|(any, pending)| *any |= pending);
+            }
+            if any.iter().fold(false, |all, any| all | any) {
+                let columns = any.chunks(step).enumerate().filter(|(_, cell)| cell.contains(&true));
+                cells.extend(columns.map(|(column, _)| [column * step, line * step]));
+            }
+        }
+        cells
     }
 
     /// Settles the pending pixels of cells whose estimate is at most `limit`. Pixels next to one far above
@@ -190,21 +204,21 @@ impl Work<'_, '_> {
             return;
         }
         let mut edges = Vec::new();
-        if step == 1 {
+        if step > 1 {
+            for (y, row) in pending.chunks_mut(self.width).enumerate() {
+                let curvatures = curvatures.row(y / step);
+                match step {
+                    2 => settle_cells::<2>(row, curvatures, limit),
+                    _ => settle_cells::<COARSE>(row, curvatures, limit),
+                }
+            }
+        } else {
             for (y, row) in pending.chunks_mut(self.width).enumerate() {
                 for ((x, pending), curvature) in row.iter_mut().enumerate().zip(curvatures.row(y)) {
                     if *pending && above(*curvature, EDGE * limit) {
                         edges.push([x, y]);
                     }
                     *pending &= above(*curvature, limit);
-                }
-            }
-        } else {
-            for (y, row) in pending.chunks_mut(self.width).enumerate() {
-                for (cell, curvature) in row.chunks_mut(step).zip(curvatures.row(y / step)) {
-                    if *curvature <= limit {
-                        cell.fill(false);
-                    }
                 }
             }
         }
@@ -245,5 +259,18 @@ impl Work<'_, '_> {
         let across = parabola(pick(left, line), pick(right, line), s);
         let down = parabola(pick(column, above), pick(column, below), t);
         here + across + down + twist
+    }
+}
+
+/// Settles the pixels of a row in cells of a width whose curvature is at most a limit.
+fn settle_cells<const STEP: usize>(row: &mut [bool], curvatures: &[f32], limit: f32) {
+    let (cells, last) = row.as_chunks_mut::<STEP>();
+    let (inner, border) = curvatures.split_at(cells.len().min(curvatures.len()));
+    for (cell, curvature) in cells.iter_mut().zip(inner) {
+        let stays = above(*curvature, limit);
+        cell.iter_mut().for_each(|pending| *pending &= stays);
+    }
+    if border.first().is_some_and(|curvature| *curvature <= limit) {
+        last.fill(false);
     }
 }

@@ -29,11 +29,13 @@ mod uniform;
 use super::adapt::power_below;
 use super::bounds::Weights;
 use super::image::{Cheaper, Image, Shading, not_finite};
+use curvature::Curvatures;
 use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
 use probe::{ErrorPair, Probes, trust};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The error bound of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +83,7 @@ pub fn max_error_each(
         values: Vec::new(),
         known: vec![false; rows.len() * width],
         filled: None,
+        kept: Default::default(),
         samples: Vec::new(),
         evaluations: 0,
         unfinished: 0,
@@ -123,6 +126,9 @@ struct Work<'s, 'a> {
     /// The steps of the lattice in which all pixels were interpolated last, 0 for several lattices; `None` as
     /// long as they were not.
     filled: Option<[usize; 2]>,
+    /// What is known of the lattices of every pixel, every second and every fourth, if they were computed as
+    /// a whole.
+    kept: [Option<Kept>; 3],
     /// The samples of each pixel that has any, 0 for the others; empty as long as none has.
     samples: Vec<u32>,
     evaluations: u64,
@@ -131,6 +137,14 @@ struct Work<'s, 'a> {
     /// Pixels that probably exceed the bound, because the samples do not suffice.
     above: f64,
     said: Frame,
+}
+
+/// What is known of a lattice of which all pixels were computed. It changes no more.
+#[derive(Default)]
+struct Kept {
+    curvatures: Option<Arc<Curvatures>>,
+    /// The errors at the probes, as far as they were asked for.
+    errors: Vec<f32>,
 }
 
 impl<'a> Work<'_, 'a> {
@@ -307,10 +321,22 @@ impl<'a> Work<'_, 'a> {
         Ok(trust.good as f32 > WORTH[0] * some && trust.failed as f32 <= WORTH[1] * some)
     }
 
+    /// What is known of a lattice, if it was computed as a whole.
+    fn kept(&mut self, step: usize) -> Option<&mut Kept> {
+        self.kept.get_mut(step.trailing_zeros() as usize)?.as_mut()
+    }
+
+    /// Keeps what will be known of a lattice, of which all pixels were computed, and of coarser ones.
+    fn keep(&mut self, step: usize) {
+        for kept in self.kept.iter_mut().skip(step.trailing_zeros() as usize) {
+            kept.get_or_insert_default();
+        }
+    }
+
     /// Computes the needed centres that are not known yet.
     fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
-        let missing = |pixel: &usize| needed[*pixel] && !self.known[*pixel];
-        self.compute((0..needed.len()).filter(missing).collect())
+        let missing = set(needed).filter(|pixel| !self.known[*pixel]).collect();
+        self.compute(missing)
     }
 
     /// Computes the centres of some pixels.
@@ -369,6 +395,16 @@ fn count(pending: &[bool]) -> usize {
     // Sums of bytes, which the compiler puts into vectors.
     let some = |pixels: &[bool]| usize::from(pixels.iter().map(|pending| u8::from(*pending)).sum::<u8>());
     pending.chunks(128).map(some).sum()
+}
+
+/// The pixels whose flag is set, in order.
+fn set(flags: &[bool]) -> impl Iterator<Item = usize> {
+    // Mostly few of them are. Flags are combined in a vector.
+    let chunks = flags.chunks(64).enumerate();
+    let some = chunks.filter(|(_, flags)| flags.iter().fold(false, |any, flag| any | flag));
+    some.flat_map(|(chunk, flags)| {
+        flags.iter().enumerate().filter(|(_, flag)| **flag).map(move |(at, _)| 64 * chunk + at)
+    })
 }
 
 /// Whether an estimate is above a limit or NaN.

@@ -48,9 +48,20 @@ impl<'a> Work<'_, 'a> {
     /// The largest difference between two lattice values, over all planes.
     fn range(&self) -> f32 {
         let range = |plane: &Vec<f32>| {
-            let finite = plane.iter().filter(|x| x.is_finite());
-            let (low, high) =
-                finite.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+            // In several lanes, so that the compiler puts them into vectors.
+            let (mut low, mut high) = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+            let mut note = |values: &[f32]| {
+                for ((low, high), x) in low.iter_mut().zip(&mut high).zip(values) {
+                    let is_finite = x.abs() < f32::INFINITY;
+                    *low = if is_finite && *x < *low { *x } else { *low };
+                    *high = if is_finite && *x > *high { *x } else { *high };
+                }
+            };
+            let (chunks, rest) = plane.as_chunks::<LANES>();
+            chunks.iter().for_each(|chunk| note(chunk));
+            note(rest);
+            let low = low.into_iter().fold(f32::INFINITY, f32::min);
+            let high = high.into_iter().fold(f32::NEG_INFINITY, f32::max);
             (high - low).max(0.0)
         };
         let ranges = self.values.iter().zip(self.weights.iter());
@@ -65,6 +76,8 @@ const FASTEST: f32 = 3.0;
 const SCALED: f32 = 1.2;
 /// A convergence slower than this indicates edges.
 const EDGES: f32 = 1.5;
+/// Values that are compared at a time.
+const LANES: usize = 16;
 /// Convergence is measured at this quantile of the pixel changes, because the largest changes matter.
 const LARGE: f32 = 0.95;
 

@@ -16,6 +16,8 @@ const SECOND_LOOK: u32 = 32;
 /// Standard errors added to the mean of a second look. They assume independent samples; the actual error is
 /// smaller.
 const DOUBT: f32 = 0.5;
+/// In place of an error that was not computed yet.
+const UNKNOWN: f32 = -1.0;
 /// At most one in so many probes may get a second look.
 const SECOND_LOOKS: usize = 50;
 
@@ -112,22 +114,30 @@ impl Work<'_, '_> {
         Ok(slots.iter().map(estimate).zip(errors).collect())
     }
 
-    /// The errors of a lattice at some probes.
+    /// The errors of a lattice at some probes. Those of a lattice that was computed as a whole are kept.
     pub(super) fn errors(
         &mut self,
         probes: &Probes,
         slots: &[usize],
         step: usize,
     ) -> Result<Vec<f32>, RunError> {
-        let error = |slot: &usize| {
-            let (pixel, place) = (probes.pixels[*slot] as usize, probes.places[*slot]);
-            let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
-                weighted(distance(self.at(values, place, step), seen[*slot]), weight)
-            };
-            let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
-            planes.map(off).fold(0.0, f32::max) + self.blurred(pixel, step)
+        let mut errors: Vec<f32> = match self.kept(step).map(|kept| std::mem::take(&mut kept.errors)) {
+            None => slots.iter().map(|slot| self.error(probes, *slot, step)).collect(),
+            Some(mut kept) => {
+                kept.resize(probes.count(), UNKNOWN);
+                let known = |slot: &usize| {
+                    if kept[*slot] == UNKNOWN {
+                        kept[*slot] = self.error(probes, *slot, step);
+                    }
+                    kept[*slot]
+                };
+                let errors = slots.iter().map(known).collect();
+                if let Some(own) = self.kept(step) {
+                    own.errors = kept;
+                }
+                errors
+            }
         };
-        let mut errors: Vec<f32> = slots.iter().map(error).collect();
         let failed: Vec<usize> =
             (0..slots.len()).filter(|at| above(errors[*at], CLOSE * self.wanted.error)).collect();
         if failed.len() * SECOND_LOOKS <= slots.len() {
@@ -138,6 +148,16 @@ impl Work<'_, '_> {
             }
         }
         Ok(errors)
+    }
+
+    /// The error of a lattice at a probe.
+    fn error(&self, probes: &Probes, slot: usize, step: usize) -> f32 {
+        let (pixel, place) = (probes.pixels[slot] as usize, probes.places[slot]);
+        let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
+            weighted(distance(self.at(values, place, step), seen[slot]), weight)
+        };
+        let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
+        planes.map(off).fold(0.0, f32::max) + self.blurred(pixel, step)
     }
 
     /// How many of some probes have another value than the centre of their pixel, by more than the bound.
