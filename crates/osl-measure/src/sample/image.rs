@@ -175,6 +175,16 @@ impl<'a> Shading<'a> {
         self.values(&SamplePoints::centres(self.surface, pixels, (&self.pattern, &self.filter)), said)
     }
 
+    /// The first samples of pixels, with their weights: for each plane the values of the pixels.
+    pub(super) fn firsts(&self, pixels: &[u32], said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
+        if !self.is_signed() {
+            return self.samples(pixels, 0..1, said);
+        }
+        let batch = self.batch(pixels, 0..1, false)?;
+        said.add(batch.said, &self.options.limits.running);
+        Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
+    }
+
     /// Samples of a few pixels: for each plane the values, all samples of a pixel in sequence.
     pub(super) fn samples(
         &self,
@@ -294,9 +304,14 @@ impl<'a> Shading<'a> {
         Ok(())
     }
 
+    /// Whether samples have weights.
+    fn is_signed(&self) -> bool {
+        self.filter.kind() == super::FilterKind::Mitchell
+    }
+
     /// The weights of samples, pixel by pixel; empty if all are 1.
     pub(super) fn signs(&self, pixels: &[u32], samples: Range<u32>) -> Vec<f32> {
-        if self.filter.kind() != super::FilterKind::Mitchell {
+        if !self.is_signed() {
             return Vec::new();
         }
         let range = samples.start as usize..samples.end as usize;

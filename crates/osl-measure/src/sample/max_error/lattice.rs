@@ -3,7 +3,7 @@
 use super::cell::{between, corners, interpolate};
 use super::curvature::Curvatures;
 use super::policy::{COARSE, WHOLE, WIDEST};
-use super::{Work, above, count, set};
+use super::{Work, above, add_set, count, scatter};
 use crate::sample::rate::{mix, stretch, ticks};
 use osl_exec::RunError;
 
@@ -30,12 +30,11 @@ impl Work<'_, '_> {
     pub(super) fn coarse(&mut self) -> Result<(), RunError> {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, COARSE), ticks(rows.clone(), COARSE));
-        let pixels: Vec<u32> =
-            lines.iter().flat_map(|y| columns.iter().map(move |x| (y * width + x) as u32)).collect();
+        let mut pixels: Vec<u32> = Vec::with_capacity(columns.len() * lines.len());
+        lines.iter().for_each(|y| pixels.extend(columns.iter().map(|x| (y * width + x) as u32)));
         pixels.iter().for_each(|pixel| self.known[*pixel as usize] = true);
         self.evaluations += pixels.len() as u64;
-        let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
-        let known = self.shading.centres(&all, &mut self.said)?;
+        let known = self.shading.centres(&self.in_image(&pixels), &mut self.said)?;
         let planes = known.into_iter().map(|plane| {
             let mut values = vec![0.0; width * rows.len()];
             pixels.iter().zip(plane).for_each(|(pixel, x)| values[*pixel as usize] = x);
@@ -66,12 +65,7 @@ impl Work<'_, '_> {
         // At the pixels of the lattice, the interpolated value is the computed one.
         let mut others = Vec::new();
         if known > columns.len() * lines.len() {
-            let is_other = |at: &usize| {
-                let (x, y) = (at % width, at / width);
-                let is_tick = |at: usize, step: usize, size: usize| at.is_multiple_of(step) || at + 1 == size;
-                !is_tick(x, steps[0], width) || !is_tick(y, steps[1], rows.end)
-            };
-            others.extend(set(&self.known).filter(is_other));
+            self.each_row(steps, |is_tick, known| *is_tick = !*is_tick & known, &mut others);
         }
         for values in &mut self.values {
             let mut corners = Vec::with_capacity(columns.len() * lines.len());
@@ -79,9 +73,9 @@ impl Work<'_, '_> {
                 let row = &values[y * width..(y + 1) * width];
                 corners.extend(columns.iter().map(|x| row[*x]));
             }
-            let own: Vec<f32> = others.iter().map(|at| values[*at]).collect();
+            let own: Vec<f32> = others.iter().map(|at| values[*at as usize]).collect();
             stretch(&corners, (&columns, &lines), &rows, (values, width));
-            others.iter().zip(own).for_each(|(at, own)| values[*at] = own);
+            scatter(&others, &own, values);
         }
     }
 
@@ -104,22 +98,29 @@ impl Work<'_, '_> {
         self.grid([step; 2])
     }
 
-    /// Computes every second column, and the last one.
-    pub(super) fn every_second_column(&mut self) -> Result<(), RunError> {
-        let missing = self.missing([2, 1]);
-        self.compute(missing)
-    }
-
-    /// Interpolates the pixels around one that are between the columns that were computed.
-    pub(super) fn between_columns(&mut self, pixel: usize) {
+    /// Computes every second column, and the last one, around some pixels, and interpolates between them.
+    pub(super) fn between_columns(&mut self, pixels: &[usize]) -> Result<(), RunError> {
         let reach = (WIDEST / 2.0) as usize + 1;
-        let (x, y) = (pixel % self.width, pixel / self.width);
-        let columns = x.saturating_sub(reach)..(x + reach + 1).min(self.width);
-        for y in y.saturating_sub(reach)..(y + reach + 1).min(self.height) {
-            for at in columns.clone().map(|x| y * self.width + x).filter(|at| !self.known[*at]) {
+        let (width, height) = (self.width, self.height);
+        let around = |pixel: &usize, reach_across: usize| {
+            let (x, y) = (pixel % width, pixel / width);
+            let columns = x.saturating_sub(reach_across)..(x + reach_across + 1).min(width);
+            let lines = y.saturating_sub(reach)..(y + reach + 1).min(height);
+            lines.flat_map(move |y| columns.clone().map(move |x| (x, y * width + x)))
+        };
+        let is_column = |x: usize| x.is_multiple_of(2) || x + 1 == width;
+        let mut needed = Vec::new();
+        for pixel in pixels {
+            let columns = around(pixel, reach + 1).filter(|(x, _)| is_column(*x));
+            needed.extend(columns.map(|(_, at)| at as u32));
+        }
+        self.compute_missing(needed)?;
+        for (_, at) in pixels.iter().flat_map(|pixel| around(pixel, reach)) {
+            if !self.known[at] {
                 self.values.iter_mut().for_each(|plane| plane[at] = mix(plane[at - 1], plane[at + 1], 0.5));
             }
         }
+        Ok(())
     }
 
     /// Computes every second column and interpolates the others.
@@ -128,11 +129,27 @@ impl Work<'_, '_> {
     }
 
     /// The pixels of a lattice that were not computed yet.
-    fn missing(&self, steps: [usize; 2]) -> Vec<usize> {
-        let width = self.width;
-        let (columns, lines) = (ticks(0..width, steps[0]), ticks(0..self.height, steps[1]));
-        let all = lines.iter().flat_map(|y| columns.iter().map(move |x| y * width + x));
-        all.filter(|pixel| !self.known[*pixel]).collect()
+    fn missing(&self, steps: [usize; 2]) -> Vec<u32> {
+        let mut pixels = Vec::new();
+        self.each_row(steps, |is_tick, known| *is_tick &= !known, &mut pixels);
+        pixels
+    }
+
+    /// Adds the pixels that `choose` chooses, row by row. It gets whether each belongs to a lattice, and
+    /// whether it was computed.
+    fn each_row(&self, steps: [usize; 2], choose: impl Fn(&mut bool, bool), pixels: &mut Vec<u32>) {
+        let is_tick = |at: usize, step: usize, size: usize| at.is_multiple_of(step) || at + 1 == size;
+        let columns: Vec<bool> = (0..self.width).map(|x| is_tick(x, steps[0], self.width)).collect();
+        let mut flags = vec![false; self.width];
+        for (y, known) in self.known.chunks(self.width.max(1)).enumerate() {
+            if is_tick(y, steps[1], self.height) {
+                flags.copy_from_slice(&columns);
+            } else {
+                flags.fill(false);
+            }
+            flags.iter_mut().zip(known).for_each(|(flag, known)| choose(flag, *known));
+            add_set(&flags, (y * self.width) as u32, pixels);
+        }
     }
 
     fn grid(&mut self, steps: [usize; 2]) -> Result<(), RunError> {
@@ -140,7 +157,7 @@ impl Work<'_, '_> {
         if missing.is_empty() && self.filled == Some(steps) {
             return Ok(());
         }
-        self.compute(missing)?;
+        self.compute(&missing)?;
         if steps[0] == steps[1] {
             self.keep(steps[0]);
         }
@@ -214,12 +231,17 @@ impl Work<'_, '_> {
             }
         } else {
             for (y, row) in pending.chunks_mut(self.width).enumerate() {
-                for ((x, pending), curvature) in row.iter_mut().enumerate().zip(curvatures.row(y)) {
-                    if *pending && above(*curvature, EDGE * limit) {
-                        edges.push([x, y]);
-                    }
-                    *pending &= above(*curvature, limit);
+                let curvatures = curvatures.row(y);
+                let is_edge = |pending: bool, curvature: f32| pending & above(curvature, EDGE * limit);
+                let pairs = row.iter().zip(curvatures);
+                if pairs.fold(false, |any, (pending, curvature)| any | is_edge(*pending, *curvature)) {
+                    let pairs = row.iter().zip(curvatures).enumerate();
+                    let found = pairs.filter(|(_, (pending, curvature))| is_edge(**pending, **curvature));
+                    edges.extend(found.map(|(x, _)| [x, y]));
                 }
+                row.iter_mut().zip(curvatures).for_each(|(pending, curvature)| {
+                    *pending &= above(*curvature, limit);
+                });
             }
         }
         for [x, y] in edges {

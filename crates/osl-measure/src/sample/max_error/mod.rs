@@ -34,6 +34,7 @@ use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
 use probe::{ErrorPair, Probes, trust};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -270,9 +271,8 @@ impl<'a> Work<'_, 'a> {
     ) -> Result<Vec<ErrorPair>, RunError> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
-        let mut needed = probes.stencils(self, &some, step);
-        needed.retain(|pixel| !self.known[*pixel]);
-        self.compute(needed)?;
+        let needed = probes.stencils(self, &some, step);
+        self.compute_missing(needed)?;
         self.judge(probes, &some, step, |work, cell| work.curvature(cell, step))
     }
 
@@ -333,31 +333,53 @@ impl<'a> Work<'_, 'a> {
         }
     }
 
-    /// Computes the needed centres that are not known yet.
-    fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
-        let missing = set(needed).filter(|pixel| !self.known[*pixel]).collect();
-        self.compute(missing)
+    /// Computes those of some centres that are not known yet. They may be in any order.
+    fn compute_missing(&mut self, mut pixels: Vec<u32>) -> Result<(), RunError> {
+        pixels.retain(|pixel| !self.known[*pixel as usize]);
+        pixels.sort_unstable();
+        pixels.dedup();
+        self.compute(&pixels)
     }
 
-    /// Computes the centres of some pixels.
-    fn compute(&mut self, pixels: Vec<usize>) -> Result<(), RunError> {
+    /// Computes the needed centres that are not known yet.
+    fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
+        let mut missing = Vec::new();
+        for ((needed, known), first) in needed.chunks(CHUNK).zip(self.known.chunks(CHUNK)).zip(0..) {
+            let mut flags = [false; CHUNK];
+            let pixels = flags.iter_mut().zip(needed.iter().zip(known));
+            pixels.for_each(|(flag, (needed, known))| *flag = *needed & !known);
+            add_set(&flags, first * CHUNK as u32, &mut missing);
+        }
+        self.compute(&missing)
+    }
+
+    /// Computes the centres of some pixels, which are in order.
+    fn compute(&mut self, pixels: &[u32]) -> Result<(), RunError> {
         if pixels.is_empty() {
             return Ok(());
         }
-        let all: Vec<u32> = pixels.iter().map(|pixel| *pixel as u32 + self.first).collect();
-        let found = self.shading.centres(&all, &mut self.said)?;
+        let found = self.shading.centres(&self.in_image(pixels), &mut self.said)?;
         for (values, found) in self.values.iter_mut().zip(found) {
-            pixels.iter().zip(found).for_each(|(pixel, x)| values[*pixel] = x);
+            scatter(pixels, &found, values);
         }
-        pixels.iter().for_each(|pixel| self.known[*pixel] = true);
+        scatter(pixels, &vec![true; pixels.len()], &mut self.known);
         self.evaluations += pixels.len() as u64;
         Ok(())
+    }
+
+    /// The numbers in the image of pixels of the band.
+    fn in_image<'p>(&self, pixels: &'p [u32]) -> Cow<'p, [u32]> {
+        match self.first {
+            0 => Cow::Borrowed(pixels),
+            first => pixels.iter().map(|pixel| pixel + first).collect(),
+        }
     }
 
     fn image(&mut self) -> Image {
         let mut image = Image { frame: std::mem::take(&mut self.said), ..Image::default() };
         let is_plain = self.samples.is_empty();
-        let mut samples: Vec<u32> = self.known.iter().map(|known| u32::from(*known)).collect();
+        let mut samples = vec![0; self.known.len()];
+        samples.iter_mut().zip(&self.known).for_each(|(own, known)| *own = u32::from(*known));
         samples.iter_mut().zip(&self.samples).for_each(|(own, more)| *own = (*own).max(*more));
         let values = std::mem::take(&mut self.values);
         image.tally.evaluations = self.evaluations;
@@ -397,14 +419,46 @@ fn count(pending: &[bool]) -> usize {
     pending.chunks(128).map(some).sum()
 }
 
+/// Flags that are looked at together. Most are equal to their neighbours.
+const CHUNK: usize = 32;
+
+/// Adds the numbers of the pixels whose flag is set. `first` is the number of the first.
+fn add_set(flags: &[bool], first: u32, pixels: &mut Vec<u32>) {
+    for (flags, first) in flags.chunks(CHUNK).zip((first..).step_by(CHUNK)) {
+        // Sums of bytes, which the compiler puts into vectors.
+        let set = usize::from(flags.iter().map(|flag| u8::from(*flag)).sum::<u8>());
+        if set == flags.len() {
+            pixels.extend(first..first + set as u32);
+        } else if set > 0 {
+            // Each is written where the next one that is set overwrites it, because a jump may be mispredicted.
+            let (mut some, mut count) = ([0; CHUNK + 1], 0);
+            for (flag, pixel) in flags.iter().zip(first..) {
+                some[count] = pixel;
+                count += usize::from(*flag);
+            }
+            pixels.extend_from_slice(&some[..count]);
+        }
+    }
+}
+
 /// The pixels whose flag is set, in order.
-fn set(flags: &[bool]) -> impl Iterator<Item = usize> {
-    // Mostly few of them are. Flags are combined in a vector.
-    let chunks = flags.chunks(64).enumerate();
-    let some = chunks.filter(|(_, flags)| flags.iter().fold(false, |any, flag| any | flag));
-    some.flat_map(|(chunk, flags)| {
-        flags.iter().enumerate().filter(|(_, flag)| **flag).map(move |(at, _)| 64 * chunk + at)
-    })
+fn set(flags: &[bool]) -> Vec<u32> {
+    let mut pixels = Vec::new();
+    add_set(flags, 0, &mut pixels);
+    pixels
+}
+
+/// Writes the values of some pixels, which are in order, to their places.
+fn scatter<T: Copy>(pixels: &[u32], values: &[T], to: &mut [T]) {
+    for (pixels, values) in pixels.chunks(CHUNK).zip(values.chunks(CHUNK)) {
+        let (Some(first), Some(last)) = (pixels.first(), pixels.last()) else { continue };
+        let (first, last) = (*first as usize, *last as usize);
+        if last - first == pixels.len() - 1 {
+            to[first..=last].copy_from_slice(values);
+        } else {
+            pixels.iter().zip(values).for_each(|(pixel, value)| to[*pixel as usize] = *value);
+        }
+    }
 }
 
 /// Whether an estimate is above a limit or NaN.

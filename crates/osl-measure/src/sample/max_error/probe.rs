@@ -56,14 +56,12 @@ impl Probes {
         }
     }
 
-    /// The pixels that a lattice needs at some probes, in order.
-    pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<usize> {
+    /// The pixels that a lattice needs at some probes, some of them several times.
+    pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<u32> {
         let mut needed = Vec::new();
         for pixel in slots.iter().map(|slot| self.pixels[*slot] as usize) {
-            work.around([pixel % work.width, pixel / work.width], step, |pixel| needed.push(pixel));
+            work.around([pixel % work.width, pixel / work.width], step, |pixel| needed.push(pixel as u32));
         }
-        needed.sort_unstable();
-        needed.dedup();
         needed
     }
 }
@@ -76,16 +74,12 @@ impl Work<'_, '_> {
         if chosen.is_empty() {
             return Ok(());
         }
-        let pixels: Vec<u32> = chosen.iter().map(|pixel| pixel + self.first).collect();
-        let batch = self.shading.batch(&pixels, 0..1, false)?;
-        self.said.add(batch.said, &self.shading.options.limits.running);
-        self.evaluations += pixels.len() as u64;
+        let found = self.shading.firsts(&self.in_image(&chosen), &mut self.said)?;
+        self.evaluations += chosen.len() as u64;
         probes.places.extend(chosen.iter().map(|pixel| self.place(*pixel, 0)));
         probes.pixels.extend(chosen);
-        probes.values.resize(batch.blocks.len(), Vec::new());
-        for (values, blocks) in probes.values.iter_mut().zip(&batch.blocks) {
-            values.extend(blocks.iter().map(|block| block.mean()));
-        }
+        probes.values.resize(found.len(), Vec::new());
+        probes.values.iter_mut().zip(found).for_each(|(values, found)| values.extend(found));
         Ok(())
     }
 

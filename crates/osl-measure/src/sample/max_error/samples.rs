@@ -33,7 +33,8 @@ impl<'a> Work<'_, 'a> {
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
     pub(super) fn sample(&mut self, pending: &[bool], off: f32) -> Result<(), RunError> {
-        let mut pixels: Vec<u32> = set(pending).map(|pixel| pixel as u32 + self.first).collect();
+        let mut pixels: Vec<u32> = set(pending);
+        pixels.iter_mut().for_each(|pixel| *pixel += self.first);
         if pixels.is_empty() {
             return Ok(());
         }
