@@ -344,7 +344,9 @@ impl<'a> Shading<'a> {
 
 /// Number of pixels with a value that is NaN or infinite.
 pub(super) fn not_finite(planes: &[Vec<f32>]) -> u64 {
-    let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.iter().any(|x| !x.is_finite())).collect();
+    // Some values at a time, which the compiler puts into vectors.
+    let is_bad = |values: &[f32]| values.iter().fold(false, |any, x| any | !x.is_finite());
+    let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.chunks(256).any(is_bad)).collect();
     let pixels = bad.first().map_or(0, |plane| plane.len());
     let one = |pixel: &usize| bad.iter().any(|p| p.get(*pixel).is_some_and(|x| !x.is_finite()));
     (0..pixels).filter(one).count() as u64

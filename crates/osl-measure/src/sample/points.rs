@@ -65,12 +65,11 @@ impl<'a> SamplePoints<'a> {
                     let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
                     let from = range.start as usize + sample;
                     let own = own.get(from.min(own.len())..(from + left).min(own.len())).unwrap_or(&[]);
-                    self.filter.offsets(own, |offset| places.push(PixelPosition { pixel: pixel_at, offset }));
+                    self.filter.offsets(own, |offset| PixelPosition { pixel: pixel_at, offset }, &mut places);
                     let missing = left - own.len();
-                    places.extend(std::iter::repeat_n(
-                        PixelPosition { pixel: pixel_at, offset: [0.0; 2] },
-                        missing,
-                    ));
+                    if missing > 0 {
+                        places.extend(std::iter::repeat_n(PixelPosition::centre(pixel_at), missing));
+                    }
                 }
             }
             (at, sample) = (at + 1, 0);

@@ -114,11 +114,12 @@ pub(super) fn stretch(
             Some(4) => stretch_cells::<4>(&blended, &widths, out),
             _ => 0,
         };
-        let ends = blended.iter().zip(blended.iter().skip(1).chain(blended.last()));
         let pixels = done * widths.first().unwrap_or(&0);
         let (mut out, mut shares) =
             (out.get_mut(pixels..).unwrap_or_default(), shares.get(pixels..).unwrap_or(&[]));
-        for ((a, b), wide) in ends.zip(&widths).skip(done) {
+        let (blended, widths) = (blended.get(done..).unwrap_or(&[]), widths.get(done..).unwrap_or(&[]));
+        let ends = blended.iter().zip(blended.iter().skip(1).chain(blended.last()));
+        for ((a, b), wide) in ends.zip(widths) {
             let (cell, behind) = out.split_at_mut(*wide);
             let (own, others) = shares.split_at(*wide);
             cell.iter_mut().zip(own).for_each(|(out, t)| *out = mix(*a, *b, *t));
