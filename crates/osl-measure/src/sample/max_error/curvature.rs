@@ -2,8 +2,8 @@
 //!
 //! A *curvature* is the absolute second difference between neighbouring lattice values.
 
-use super::Work;
 use super::cell::corners;
+use super::{Work, count};
 use crate::sample::bounds::Weights;
 use crate::sample::rate::ticks;
 use rayon::prelude::*;
@@ -11,12 +11,13 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// The largest curvatures over all planes at the pixels of one lattice line.
+#[derive(Default)]
 struct Line {
     across: Vec<f32>,
     down: Vec<f32>,
 }
 
-/// The curvatures of all cells of a lattice.
+/// The curvatures of the cells of a lattice. Lines without pending pixels may have none.
 pub(super) struct Curvatures {
     step: usize,
     rows: Vec<Vec<f32>>,
@@ -55,13 +56,18 @@ impl<'a> Planes<'a> {
 }
 
 impl Work<'_, '_> {
-    /// The curvatures of a lattice, for every cell. Those of a lattice that was computed as a whole are
-    /// kept, because they change no more.
-    pub(super) fn curvatures(&mut self, step: usize) -> Arc<Curvatures> {
-        if let Some(kept) = self.kept(step).and_then(|kept| kept.curvatures.clone()) {
+    /// The curvatures of a lattice, for every cell with pending pixels. Those of a lattice that was computed
+    /// as a whole are kept for every cell, because they change no more.
+    pub(super) fn curvatures(&mut self, step: usize, pending: &[bool]) -> Arc<Curvatures> {
+        let Some(kept) = self.kept(step) else {
+            let lines = pending.chunks(step * self.width).map(|line| count(line) > 0).collect();
+            return Arc::new(self.planes().curvatures(step, lines));
+        };
+        if let Some(kept) = kept.curvatures.clone() {
             return kept;
         }
-        let found = Arc::new(self.planes().curvatures(step));
+        let lines = vec![true; self.height.div_ceil(step)];
+        let found = Arc::new(self.planes().curvatures(step, lines));
         if let Some(kept) = self.kept(step) {
             kept.curvatures = Some(found.clone());
         }
@@ -79,8 +85,14 @@ impl Work<'_, '_> {
 }
 
 impl Planes<'_> {
-    /// The curvatures of a lattice: [`curvature`](Self::curvature) of each of its cells.
-    fn curvatures(&self, step: usize) -> Curvatures {
+    /// The curvatures of a lattice: [`curvature`](Self::curvature) of each of its cells, in some of the lines
+    /// of cells.
+    fn curvatures(&self, step: usize, wanted: Vec<bool>) -> Curvatures {
+        // A line of cells lies between two lines of the lattice.
+        let is_wanted = |line: usize| {
+            let below = line.checked_sub(1).filter(|_| step > 1).and_then(|line| wanted.get(line));
+            wanted.get(line) == Some(&true) || below == Some(&true)
+        };
         let columns = self.width.div_ceil(step);
         let (across, down) = (ticks(0..self.width, step), ticks(0..self.height, step));
         let lattices: Vec<(Cow<'_, [f32]>, f32)> =
@@ -89,9 +101,15 @@ impl Planes<'_> {
             .into_par_iter()
             .enumerate()
             .with_min_len(16)
-            .map(|(line, y)| self.line(&lattices, (line, y), (across.len(), step)))
+            .map(|(line, y)| match is_wanted(line) {
+                true => self.line(&lattices, (line, y), (across.len(), step)),
+                false => Line::default(),
+            })
             .collect();
         let row = |y: usize| {
+            if !wanted[y] {
+                return Vec::new();
+            }
             let above = &lines[y];
             if step == 1 {
                 let both = above.across.iter().zip(&above.down);
@@ -101,8 +119,12 @@ impl Planes<'_> {
             let [across, down] =
                 [(&above.across, &below.across), (&above.down, &below.down)].map(|(a, b)| {
                     let largest: Vec<f32> = a.iter().zip(b).map(|(a, b)| larger(*a, *b)).collect();
-                    let next = largest.iter().skip(1).chain(largest.last());
-                    largest.iter().zip(next).map(|(a, b)| larger(*a, *b)).take(columns).collect::<Vec<f32>>()
+                    let mut of_cells: Vec<f32> =
+                        largest.iter().zip(&largest[1..]).map(|(a, b)| larger(*a, *b)).collect();
+                    // A border that is a column of the lattice has a cell of its own.
+                    of_cells.extend(largest.last());
+                    of_cells.truncate(columns);
+                    of_cells
                 });
             across.into_iter().zip(down).map(|(across, down)| (across + down) / 8.0).collect()
         };
@@ -241,7 +263,7 @@ mod tests {
             let values = [plane(1), plane(200)];
             let planes = Planes { width, height, values: &values, weights: &Weights::equal(2) };
             for step in [1, 2, 4] {
-                let curvatures = planes.curvatures(step);
+                let curvatures = planes.curvatures(step, vec![true; height.div_ceil(step)]);
                 for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                     let own = planes.curvature([x / step * step, y / step * step], step);
                     assert_eq!(curvatures.at([x, y]), own, "{x} {y} of {width} {height} by {step}");

@@ -243,7 +243,7 @@ impl<'a> Work<'_, 'a> {
     fn settle_near(&mut self, step: usize, probes: &Probes, pending: &mut [bool]) -> Result<(), RunError> {
         let width = self.width;
         let limit = NEAR * self.wanted.error;
-        let curvatures = self.curvatures(2 * step);
+        let curvatures = self.curvatures(2 * step, pending);
         let near: Vec<bool> = (0..pending.len())
             .map(|at| pending[at] && curvatures.at([at % width, at / width]) <= limit)
             .collect();
@@ -288,7 +288,7 @@ impl<'a> Work<'_, 'a> {
             self.lattice(step, pending)?;
         }
         let open = probes.open(pending);
-        let curvatures = self.curvatures(step);
+        let curvatures = self.curvatures(step, pending);
         let tried = self.judge(probes, &open, step, |_, pixel| curvatures.at(pixel))?;
         let share = pending.len() as f32 / probes.count().max(1) as f32;
         let spare = (ALLOWED * pending.len() as f32 - off).max(0.0) / share;

@@ -40,7 +40,7 @@ impl<'a> Work<'_, 'a> {
         }
         let allowed = (ALLOWED * pending.len() as f32 - off).max(0.0) / pixels.len() as f32;
         self.measure_costs(&pixels)?;
-        let curvatures = self.curvatures(COARSE);
+        let curvatures = self.curvatures(COARSE, pending);
         // The values of the lattices are about to change.
         self.kept = Default::default();
         let allowed = allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW);
