@@ -261,16 +261,28 @@ impl Work<'_, '_> {
             return between(plane, self.width, cell, [x, y]);
         }
         let (column, line) = (nearest(x + 0.5, self.width), nearest(y + 0.5, self.height));
+        let [s, t] = [x - column as f32, y - line as f32];
+        let inside = |at: usize, size: usize| at > 0 && at + 1 < size;
+        if inside(column, self.width) && inside(line, self.height) {
+            let first = (line - 1) * self.width + column - 1;
+            let row = |number: usize| {
+                let row = &plane[first + number * self.width..first + number * self.width + 3];
+                [row[0], row[1], row[2]]
+            };
+            let [above, own, below] = [row(0), row(1), row(2)];
+            let twist = 0.25 * s * t * (above[0] + below[2] - below[0] - above[2]);
+            let down = curved([above[1], own[1], below[1]], t);
+            return own[1] + curved(own, s) + down + twist;
+        }
         let here = plane[line * self.width + column];
         let parabola = |before: Option<f32>, behind: Option<f32>, t: f32| match (before, behind) {
-            (Some(a), Some(b)) => t * 0.5 * (b - a) + 0.5 * t * t * (a - 2.0 * here + b),
+            (Some(a), Some(b)) => curved([a, here, b], t),
             (Some(a), None) => t * (here - a),
             (None, Some(b)) => t * (b - here),
             (None, None) => 0.0,
         };
         let pick =
             |x: usize, y: usize| (x < self.width && y < self.height).then(|| plane[y * self.width + x]);
-        let [s, t] = [x - column as f32, y - line as f32];
         let (left, above) = (column.wrapping_sub(1), line.wrapping_sub(1));
         let (right, below) = (column + 1, line + 1);
         let corners = [(left, above), (right, below), (left, below), (right, above)].map(|(x, y)| pick(x, y));
@@ -282,6 +294,11 @@ impl Work<'_, '_> {
         let down = parabola(pick(column, above), pick(column, below), t);
         here + across + down + twist
     }
+}
+
+/// How much the parabola through three values differs from the middle one at a distance from it.
+fn curved([a, here, b]: [f32; 3], t: f32) -> f32 {
+    t * 0.5 * (b - a) + 0.5 * t * t * (a - 2.0 * here + b)
 }
 
 /// Settles the pixels of a row in cells of a width whose curvature is at most a limit.
