@@ -43,6 +43,7 @@ impl Grid {
     }
 
     /// Coordinate of the `i`th of `n` points along an axis: 0 for u, 1 for v.
+    #[inline]
     pub fn coordinate(&self, axis: usize, i: usize, n: usize) -> f32 {
         let (scale, offset) = (self.scale[axis], self.offset[axis]);
         if self.center {

@@ -121,13 +121,15 @@ impl Filter {
         self.width
     }
 
-    /// Calls `visit` with the offset of each of some samples from the pixel's centre. **Units:** pixels.
-    pub(super) fn offsets(&self, samples: &[[f32; 2]], mut visit: impl FnMut([f32; 2])) {
+    /// Appends what `of` makes of the offset of each of some samples from the pixel's centre. **Units:**
+    /// pixels.
+    pub(super) fn offsets<T>(&self, samples: &[[f32; 2]], of: impl Fn([f32; 2]) -> T, to: &mut Vec<T>) {
         if self.ends.is_empty() {
             // The same as below, without a question for each sample.
-            samples.iter().for_each(|own| visit(own.map(|s| (s - 0.5) * self.width)));
+            let width = self.width;
+            to.extend(samples.iter().map(|[x, y]| of([(x - 0.5) * width, (y - 0.5) * width])));
         } else {
-            samples.iter().for_each(|own| visit(own.map(|s| self.place(s).0)));
+            to.extend(samples.iter().map(|own| of(own.map(|s| self.place(s).0))));
         }
     }
 

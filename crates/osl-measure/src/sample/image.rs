@@ -119,16 +119,21 @@ impl Tally {
 
     /// Records the sample counts of pixels, one after the other.
     pub(super) fn note_all(&mut self, samples: impl Iterator<Item = u32>) {
-        // Runs of equal numbers are long.
-        let mut run = (0, 0);
+        // Nearly all numbers are 0 or powers of two.
+        let mut counts = [0; 33];
         for n in samples {
-            if n != run.0 {
-                self.note(run.0, run.1);
-                run = (n, 0);
+            if n & n.wrapping_sub(1) == 0 {
+                let place = u32::BITS - n.leading_zeros();
+                if let Some(count) = counts.get_mut(place as usize) {
+                    *count += 1;
+                }
+            } else {
+                self.note(n, 1);
             }
-            run.1 += 1;
         }
-        self.note(run.0, run.1);
+        for (count, place) in counts.into_iter().zip(0..) {
+            self.note(if place == 0 { 0 } else { 1 << (place - 1) }, count);
+        }
     }
 
     /// Evaluations for each pixel.
@@ -168,6 +173,16 @@ impl<'a> Shading<'a> {
     /// The centres of pixels: for each plane the values of the pixels.
     pub(super) fn centres(&self, pixels: &[u32], said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
         self.values(&SamplePoints::centres(self.surface, pixels, (&self.pattern, &self.filter)), said)
+    }
+
+    /// The first samples of pixels, with their weights: for each plane the values of the pixels.
+    pub(super) fn firsts(&self, pixels: &[u32], said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
+        if !self.is_signed() {
+            return self.samples(pixels, 0..1, said);
+        }
+        let batch = self.batch(pixels, 0..1, false)?;
+        said.add(batch.said, &self.options.limits.running);
+        Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
     }
 
     /// Samples of a few pixels: for each plane the values, all samples of a pixel in sequence.
@@ -289,9 +304,14 @@ impl<'a> Shading<'a> {
         Ok(())
     }
 
+    /// Whether samples have weights.
+    fn is_signed(&self) -> bool {
+        self.filter.kind() == super::FilterKind::Mitchell
+    }
+
     /// The weights of samples, pixel by pixel; empty if all are 1.
     pub(super) fn signs(&self, pixels: &[u32], samples: Range<u32>) -> Vec<f32> {
-        if self.filter.kind() != super::FilterKind::Mitchell {
+        if !self.is_signed() {
             return Vec::new();
         }
         let range = samples.start as usize..samples.end as usize;
@@ -324,7 +344,9 @@ impl<'a> Shading<'a> {
 
 /// Number of pixels with a value that is NaN or infinite.
 pub(super) fn not_finite(planes: &[Vec<f32>]) -> u64 {
-    let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.iter().any(|x| !x.is_finite())).collect();
+    // Some values at a time, which the compiler puts into vectors.
+    let is_bad = |values: &[f32]| values.iter().fold(false, |any, x| any | !x.is_finite());
+    let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.chunks(256).any(is_bad)).collect();
     let pixels = bad.first().map_or(0, |plane| plane.len());
     let one = |pixel: &usize| bad.iter().any(|p| p.get(*pixel).is_some_and(|x| !x.is_finite()));
     (0..pixels).filter(one).count() as u64

@@ -2,7 +2,7 @@
 
 use super::filter::Filter;
 use super::pattern::Pattern;
-use super::surface::{PixelPosition, Surface};
+use super::surface::{PixelPosition, Row, Surface};
 use osl_exec::{Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
@@ -59,41 +59,22 @@ impl<'a> SamplePoints<'a> {
             let left = (each - sample).min(count - places.len());
             let pixel_at = row.of(pixel, self.width);
             match &self.samples {
-                None => places.push(PixelPosition { pixel: pixel_at, offset: [0.0; 2] }),
+                None => places.push(PixelPosition::centre(pixel_at)),
                 Some(range) => {
                     // A crop has the samples of the whole image.
                     let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
                     let from = range.start as usize + sample;
                     let own = own.get(from.min(own.len())..(from + left).min(own.len())).unwrap_or(&[]);
-                    self.filter.offsets(own, |offset| places.push(PixelPosition { pixel: pixel_at, offset }));
+                    self.filter.offsets(own, |offset| PixelPosition { pixel: pixel_at, offset }, &mut places);
                     let missing = left - own.len();
-                    places.extend(std::iter::repeat_n(
-                        PixelPosition { pixel: pixel_at, offset: [0.0; 2] },
-                        missing,
-                    ));
+                    if missing > 0 {
+                        places.extend(std::iter::repeat_n(PixelPosition::centre(pixel_at), missing));
+                    }
                 }
             }
             (at, sample) = (at + 1, 0);
         }
         places
-    }
-}
-
-/// The row of the last pixel. Pixels follow each other row by row, so that a division is rarely needed.
-#[derive(Default)]
-struct Row {
-    number: u32,
-    first: u32,
-}
-
-impl Row {
-    /// The column and the row of a pixel.
-    fn of(&mut self, pixel: u32, width: u32) -> [u32; 2] {
-        if pixel.wrapping_sub(self.first) >= width {
-            self.number = pixel / width;
-            self.first = self.number * width;
-        }
-        [pixel - self.first, self.number]
     }
 }
 
@@ -119,7 +100,13 @@ impl PointSource for SamplePoints<'_> {
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
-        self.surface.fill_at(global, &self.places(first, width), width, lanes);
+        if self.samples.is_some() {
+            self.surface.fill_at(global, &self.places(first, width), width, lanes);
+        } else {
+            let pixels = self.pixels.get(first..).unwrap_or(&[]);
+            let pixels = pixels.get(..width).unwrap_or(pixels);
+            self.surface.fill_centres(global, pixels, width, lanes);
+        }
     }
 
     fn varying_derivs(&self) -> &[Global] {

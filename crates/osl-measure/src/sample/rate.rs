@@ -3,6 +3,7 @@
 use super::image::{Image, Shading, not_finite};
 use osl_exec::RunError;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 
@@ -103,10 +104,22 @@ pub(super) fn stretch(
     let fill = |(at, out): (usize, &mut [f32])| {
         let (line, t) = between(lines, rows.start + at);
         let (above, below) = (row(line), row((line + 1).min(lines.len().saturating_sub(1))));
-        let blended: Vec<f32> = above.iter().zip(below).map(|(a, b)| mix(*a, *b, t)).collect();
+        let blended: Cow<'_, [f32]> = if t == 0.0 {
+            above.into()
+        } else {
+            above.iter().zip(below).map(|(a, b)| mix(*a, *b, t)).collect()
+        };
+        let done = match widths.first() {
+            Some(2) => stretch_cells::<2>(&blended, &widths, out),
+            Some(4) => stretch_cells::<4>(&blended, &widths, out),
+            _ => 0,
+        };
+        let pixels = done * widths.first().unwrap_or(&0);
+        let (mut out, mut shares) =
+            (out.get_mut(pixels..).unwrap_or_default(), shares.get(pixels..).unwrap_or(&[]));
+        let (blended, widths) = (blended.get(done..).unwrap_or(&[]), widths.get(done..).unwrap_or(&[]));
         let ends = blended.iter().zip(blended.iter().skip(1).chain(blended.last()));
-        let (mut out, mut shares) = (out, &shares[..]);
-        for ((a, b), wide) in ends.zip(&widths) {
+        for ((a, b), wide) in ends.zip(widths) {
             let (cell, behind) = out.split_at_mut(*wide);
             let (own, others) = shares.split_at(*wide);
             cell.iter_mut().zip(own).for_each(|(out, t)| *out = mix(*a, *b, *t));
@@ -114,6 +127,20 @@ pub(super) fn stretch(
         }
     };
     values.par_chunks_mut(width.max(1)).with_min_len(32).enumerate().for_each(fill);
+}
+
+/// Interpolates the first pixels of a row, as far as the distance between the columns that are known is
+/// `STEP`. Returns how many cells these are.
+fn stretch_cells<const STEP: usize>(known: &[f32], widths: &[usize], out: &mut [f32]) -> usize {
+    let count = widths.iter().take_while(|width| **width == STEP).count();
+    let (cells, _) = out.as_chunks_mut::<STEP>();
+    for (cell, ends) in cells.iter_mut().zip(known.windows(2)).take(count) {
+        let [a, b] = [ends[0], ends[1]];
+        for (at, out) in cell.iter_mut().enumerate() {
+            *out = mix(a, b, at as f32 / STEP as f32);
+        }
+    }
+    count.min(cells.len()).min(known.len().saturating_sub(1))
 }
 
 /// The last tick at or before a position, and the fraction of the way to the next tick.
@@ -130,6 +157,7 @@ fn share(ticks: &[usize], at: usize, x: usize) -> f32 {
 }
 
 /// Linear interpolation; exactly `a` at 0, whatever `b` is.
+#[inline]
 pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
     if t == 0.0 { a } else { a + (b - a) * t }
 }

@@ -14,6 +14,31 @@ pub struct PixelPosition {
     pub offset: [f32; 2],
 }
 
+impl PixelPosition {
+    /// The centre of a pixel.
+    pub fn centre(pixel: [u32; 2]) -> PixelPosition {
+        PixelPosition { pixel, offset: [0.0; 2] }
+    }
+}
+
+/// The row of the last pixel. Pixels follow each other row by row, so that a division is rarely needed.
+#[derive(Default)]
+pub(super) struct Row {
+    number: u32,
+    first: u32,
+}
+
+impl Row {
+    /// The column and the row of a pixel.
+    pub(super) fn of(&mut self, pixel: u32, width: u32) -> [u32; 2] {
+        if pixel.wrapping_sub(self.first) >= width {
+            self.number = pixel / width;
+            self.first = self.number * width;
+        }
+        [pixel - self.first, self.number]
+    }
+}
+
 /// A source whose points are the pixel centres of an image and which also has points between them. Its
 /// derivatives are those of the pixel, wherever in the pixel a point lies.
 pub trait Surface: PointSource {
@@ -23,6 +48,14 @@ pub trait Surface: PointSource {
     /// Writes a varying global for some positions in the layout of [`PointSource::fill`]. Lanes after the
     /// last position get the last one's value. At offset 0 the value has the bits of the pixel's own point.
     fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]);
+
+    /// Writes a varying global for the centres of some pixels, which are numbered row by row.
+    fn fill_centres(&self, global: Global, pixels: &[u32], width: usize, lanes: &mut [f32]) {
+        let (mut row, columns) = (Row::default(), self.size().0.max(1) as u32);
+        let places: Vec<PixelPosition> =
+            pixels.iter().map(|pixel| PixelPosition::centre(row.of(*pixel, columns))).collect();
+        self.fill_at(global, &places, width, lanes);
+    }
 
     /// Writes a derivative of a varying global for some positions in the layout of [`PointSource::fill`].
     fn fill_deriv_at(
@@ -80,29 +113,50 @@ fn coordinates(grid: &Grid, axis: usize, places: &[PixelPosition], lanes: &mut [
     centres.for_each(|(x, place)| *x = grid.coordinate(axis, place.pixel[axis] as usize, n));
 }
 
+/// Writes a global of a grid for so many places in the layout of [`PointSource::fill`]. `along` writes the
+/// coordinate along an axis for each.
+fn fill(
+    global: Global,
+    (places, width): (usize, usize),
+    lanes: &mut [f32],
+    along: impl Fn(usize, &mut [f32]),
+) {
+    for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
+        let axis = match (global, component) {
+            (Global::U, _) | (Global::P, 0) => 0,
+            (Global::V, _) | (Global::P, 1) => 1,
+            (Global::P, _) => {
+                lanes.fill(1.0);
+                continue;
+            }
+            _ => {
+                lanes.fill(0.0);
+                continue;
+            }
+        };
+        let (here, behind) = lanes.split_at_mut(places.min(lanes.len()));
+        along(axis, here);
+        behind.fill(here.last().copied().unwrap_or(0.0));
+    }
+}
+
 impl Surface for Grid {
     fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
     fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]) {
-        for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
-            let axis = match (global, component) {
-                (Global::U, _) | (Global::P, 0) => 0,
-                (Global::V, _) | (Global::P, 1) => 1,
-                (Global::P, _) => {
-                    lanes.fill(1.0);
-                    continue;
-                }
-                _ => {
-                    lanes.fill(0.0);
-                    continue;
-                }
-            };
-            let (here, behind) = lanes.split_at_mut(places.len().min(lanes.len()));
-            coordinates(self, axis, places, here);
-            behind.fill(here.last().copied().unwrap_or(0.0));
-        }
+        fill(global, (places.len(), width), lanes, |axis, lanes| coordinates(self, axis, places, lanes));
+    }
+
+    fn fill_centres(&self, global: Global, pixels: &[u32], width: usize, lanes: &mut [f32]) {
+        let columns = self.width.max(1) as u32;
+        fill(global, (pixels.len(), width), lanes, |axis, lanes| {
+            let (mut row, n) = (Row::default(), [self.width, self.height][axis]);
+            for (x, pixel) in lanes.iter_mut().zip(pixels) {
+                *x = self.coordinate(axis, row.of(*pixel, columns)[axis] as usize, n);
+            }
+        });
     }
 
     fn attribute_at(
@@ -160,6 +214,10 @@ impl<S: Surface> Surface for WithData<S> {
 
     fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]) {
         self.points.fill_at(global, places, width, lanes);
+    }
+
+    fn fill_centres(&self, global: Global, pixels: &[u32], width: usize, lanes: &mut [f32]) {
+        self.points.fill_centres(global, pixels, width, lanes);
     }
 
     fn fill_deriv_at(

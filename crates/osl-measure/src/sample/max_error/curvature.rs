@@ -2,20 +2,22 @@
 //!
 //! A *curvature* is the absolute second difference between neighbouring lattice values.
 
-use super::Work;
 use super::cell::corners;
+use super::{Work, count};
 use crate::sample::bounds::Weights;
 use crate::sample::rate::ticks;
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// The largest curvatures over all planes at the pixels of one lattice line.
+#[derive(Default)]
 struct Line {
     across: Vec<f32>,
     down: Vec<f32>,
 }
 
-/// The curvatures of all cells of a lattice.
+/// The curvatures of the cells of a lattice. Lines without pending pixels may have none.
 pub(super) struct Curvatures {
     step: usize,
     rows: Vec<Vec<f32>>,
@@ -54,9 +56,22 @@ impl<'a> Planes<'a> {
 }
 
 impl Work<'_, '_> {
-    /// The curvatures of a lattice, for every cell.
-    pub(super) fn curvatures(&self, step: usize) -> Curvatures {
-        self.planes().curvatures(step)
+    /// The curvatures of a lattice, for every cell with pending pixels. Those of a lattice that was computed
+    /// as a whole are kept for every cell, because they change no more.
+    pub(super) fn curvatures(&mut self, step: usize, pending: &[bool]) -> Arc<Curvatures> {
+        let Some(kept) = self.kept(step) else {
+            let lines = pending.chunks(step * self.width).map(|line| count(line) > 0).collect();
+            return Arc::new(self.planes().curvatures(step, lines));
+        };
+        if let Some(kept) = kept.curvatures.clone() {
+            return kept;
+        }
+        let lines = vec![true; self.height.div_ceil(step)];
+        let found = Arc::new(self.planes().curvatures(step, lines));
+        if let Some(kept) = self.kept(step) {
+            kept.curvatures = Some(found.clone());
+        }
+        found
     }
 
     /// The curvature of one cell, given by its top left corner.
@@ -70,53 +85,91 @@ impl Work<'_, '_> {
 }
 
 impl Planes<'_> {
-    /// The curvatures of a lattice: [`curvature`](Self::curvature) of each of its cells.
-    fn curvatures(&self, step: usize) -> Curvatures {
+    /// The curvatures of a lattice: [`curvature`](Self::curvature) of each of its cells, in some of the lines
+    /// of cells.
+    fn curvatures(&self, step: usize, wanted: Vec<bool>) -> Curvatures {
+        // A line of cells lies between two lines of the lattice.
+        let is_wanted = |line: usize| {
+            let below = line.checked_sub(1).filter(|_| step > 1).and_then(|line| wanted.get(line));
+            wanted.get(line) == Some(&true) || below == Some(&true)
+        };
         let columns = self.width.div_ceil(step);
-        let lines: Vec<Line> = ticks(0..self.height, step)
+        let (across, down) = (ticks(0..self.width, step), ticks(0..self.height, step));
+        let lattices: Vec<(Cow<'_, [f32]>, f32)> =
+            self.weighty().map(|(plane, weight)| (self.lattice(plane, &down, step), weight)).collect();
+        let lines: Vec<Line> = down
             .into_par_iter()
+            .enumerate()
             .with_min_len(16)
-            .map(|y| self.line(y, step))
+            .map(|(line, y)| match is_wanted(line) {
+                true => self.line(&lattices, (line, y), (across.len(), step)),
+                false => Line::default(),
+            })
             .collect();
-        let next = usize::from(step > 1);
         let row = |y: usize| {
-            let (above, below) = (&lines[y], &lines[(y + next).min(lines.len() - 1)]);
+            if !wanted[y] {
+                return Vec::new();
+            }
+            let above = &lines[y];
+            if step == 1 {
+                let both = above.across.iter().zip(&above.down);
+                return both.map(|(across, down)| (across + down) / 8.0).collect();
+            }
+            let below = &lines[(y + 1).min(lines.len() - 1)];
             let [across, down] =
                 [(&above.across, &below.across), (&above.down, &below.down)].map(|(a, b)| {
-                    let mut largest: Vec<f32> = a.iter().zip(b).map(|(a, b)| larger(*a, *b)).collect();
-                    for x in 0..columns.min(largest.len().saturating_sub(1)) * next {
-                        largest[x] = larger(largest[x], largest[x + 1]);
-                    }
-                    largest
+                    let largest: Vec<f32> = a.iter().zip(b).map(|(a, b)| larger(*a, *b)).collect();
+                    let mut of_cells: Vec<f32> =
+                        largest.iter().zip(&largest[1..]).map(|(a, b)| larger(*a, *b)).collect();
+                    // A border that is a column of the lattice has a cell of its own.
+                    of_cells.extend(largest.last());
+                    of_cells.truncate(columns);
+                    of_cells
                 });
-            across.into_iter().zip(down).map(|(across, down)| (across + down) / 8.0).take(columns).collect()
+            across.into_iter().zip(down).map(|(across, down)| (across + down) / 8.0).collect()
         };
         let rows: Vec<Vec<f32>> =
             (0..self.height.div_ceil(step)).into_par_iter().with_min_len(16).map(row).collect();
         Curvatures { step, rows }
     }
 
-    /// The curvatures at the pixels of one lattice line.
-    fn line(&self, y: usize, step: usize) -> Line {
-        let columns = ticks(0..self.width, step);
+    /// The pixels of a lattice alone, row by row. `lines` are its rows.
+    fn lattice<'p>(&self, plane: &'p [f32], lines: &[usize], step: usize) -> Cow<'p, [f32]> {
+        if step == 1 {
+            return Cow::Borrowed(plane);
+        }
+        // Between the last column of the lattice and the border, the border is a column too.
+        let has_border = !(self.width - 1).is_multiple_of(step);
+        let mut pixels = Vec::with_capacity(lines.len() * (self.width / step + 2));
+        for y in lines {
+            let row = &plane[y * self.width..(y + 1) * self.width];
+            pixels.extend(row.chunks(step).map(|cell| cell[0]));
+            pixels.extend(row.last().filter(|_| has_border));
+        }
+        pixels.into()
+    }
+
+    /// The curvatures at the pixels of one lattice line: its number, and its row in the image. `lattices`
+    /// are the pixels of the lattice in each plane, and the plane's factor.
+    fn line(
+        &self,
+        lattices: &[(Cow<'_, [f32]>, f32)],
+        (line, y): (usize, usize),
+        (columns, step): (usize, usize),
+    ) -> Line {
         let last = inside(self.width, step).map_or(0, |(_, last)| last / step);
-        let middle = inside(self.height, step).map(|(first, last)| y.clamp(first, last));
-        let mut line = Line { across: vec![0.0; columns.len()], down: vec![0.0; columns.len()] };
+        let middle = inside(self.height, step).map(|(first, last)| y.clamp(first, last) / step);
+        let number = line;
+        let mut line = Line { across: vec![0.0; columns], down: vec![0.0; columns] };
         // At the borders, use the curvature of the neighbouring column.
-        let mut twist = vec![0.0; columns.len()];
-        for (plane, weight) in self.weighty() {
-            let row = |y: usize| -> Cow<'_, [f32]> {
-                let row = &plane[y * self.width..(y + 1) * self.width];
-                match step {
-                    1 => Cow::Borrowed(row),
-                    _ => columns.iter().map(|x| row[*x]).collect::<Vec<f32>>().into(),
-                }
-            };
-            let here = row(y);
-            seconds(&mut line.across[..=last], [&here, &here, &here], ([0, 1, 2], weight));
+        let mut twist = vec![0.0; if step == 1 { columns } else { 0 }];
+        for (pixels, weight) in lattices {
+            let weight = *weight;
+            let row = |line: usize| &pixels[line * columns..(line + 1) * columns];
+            let here = row(number);
+            seconds(&mut line.across[..=last], [here; 3], ([0, 1, 2], weight));
             let Some(middle) = middle else { continue };
-            let rows = [row(middle - step), row(middle), row(middle + step)];
-            let rows = [&*rows[0], &*rows[1], &*rows[2]];
+            let rows = [row(middle - 1), row(middle), row(middle + 1)];
             for (down, ((a, b), c)) in line.down.iter_mut().zip(rows[0].iter().zip(rows[1]).zip(rows[2])) {
                 *down = larger(*down, weight * bent(*a, *b, *c));
             }
@@ -127,7 +180,7 @@ impl Planes<'_> {
             }
         }
         for of in [&mut line.across, &mut twist] {
-            if last > 0 {
+            if last > 0 && !of.is_empty() {
                 of[0] = of[1];
                 let end = of[last];
                 of[last + 1..].fill(end);
@@ -210,7 +263,7 @@ mod tests {
             let values = [plane(1), plane(200)];
             let planes = Planes { width, height, values: &values, weights: &Weights::equal(2) };
             for step in [1, 2, 4] {
-                let curvatures = planes.curvatures(step);
+                let curvatures = planes.curvatures(step, vec![true; height.div_ceil(step)]);
                 for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
                     let own = planes.curvature([x / step * step, y / step * step], step);
                     assert_eq!(curvatures.at([x, y]), own, "{x} {y} of {width} {height} by {step}");

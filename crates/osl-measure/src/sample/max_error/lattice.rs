@@ -3,8 +3,8 @@
 use super::cell::{between, corners, interpolate};
 use super::curvature::Curvatures;
 use super::policy::{COARSE, WHOLE, WIDEST};
-use super::{Work, above, count};
-use crate::sample::rate::{mix, stretch, stretched, ticks};
+use super::{Work, above, add_set, count, scatter};
+use crate::sample::rate::{mix, stretch, ticks};
 use osl_exec::RunError;
 
 /// A curvature above this multiple of the limit marks an edge.
@@ -30,18 +30,18 @@ impl Work<'_, '_> {
     pub(super) fn coarse(&mut self) -> Result<(), RunError> {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, COARSE), ticks(rows.clone(), COARSE));
-        let pixels: Vec<u32> =
-            lines.iter().flat_map(|y| columns.iter().map(move |x| (y * width + x) as u32)).collect();
+        let mut pixels: Vec<u32> = Vec::with_capacity(columns.len() * lines.len());
+        lines.iter().for_each(|y| pixels.extend(columns.iter().map(|x| (y * width + x) as u32)));
         pixels.iter().for_each(|pixel| self.known[*pixel as usize] = true);
         self.evaluations += pixels.len() as u64;
-        let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
-        let known = self.shading.centres(&all, &mut self.said)?;
+        let known = self.shading.centres(&self.in_image(&pixels), &mut self.said)?;
         let planes = known.into_iter().map(|plane| {
             let mut values = vec![0.0; width * rows.len()];
             pixels.iter().zip(plane).for_each(|(pixel, x)| values[*pixel as usize] = x);
             values
         });
         self.values = planes.collect();
+        self.keep(COARSE);
         Ok(())
     }
 
@@ -57,25 +57,26 @@ impl Work<'_, '_> {
     fn interpolate(&mut self, steps: [usize; 2]) {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, steps[0]), ticks(rows.clone(), steps[1]));
-        let known = &self.known;
-        // At the pixels of the lattice, the interpolated value is the computed one.
-        let has_others = count(known) > columns.len() * lines.len();
-        for values in &mut self.values {
-            let corners: Vec<f32> = lines
-                .iter()
-                .flat_map(|y| columns.iter().map(|x| (*y, *x)))
-                .map(|(y, x)| values[y * width + x])
-                .collect();
-            if !has_others {
-                stretch(&corners, (&columns, &lines), &rows, (values, width));
-            } else {
-                let mut filled = stretched(&corners, &columns, &lines, width, &rows);
-                let pixels = filled.iter_mut().zip(values.iter()).zip(known);
-                pixels.filter(|(_, known)| **known).for_each(|((filled, value), _)| *filled = *value);
-                *values = filled;
-            }
-        }
         self.filled = Some(steps);
+        let known = count(&self.known);
+        if known == self.known.len() {
+            return;
+        }
+        // At the pixels of the lattice, the interpolated value is the computed one.
+        let mut others = Vec::new();
+        if known > columns.len() * lines.len() {
+            self.each_row(steps, |is_tick, known| *is_tick = !*is_tick & known, &mut others);
+        }
+        for values in &mut self.values {
+            let mut corners = Vec::with_capacity(columns.len() * lines.len());
+            for y in &lines {
+                let row = &values[y * width..(y + 1) * width];
+                corners.extend(columns.iter().map(|x| row[*x]));
+            }
+            let own: Vec<f32> = others.iter().map(|at| values[*at as usize]).collect();
+            stretch(&corners, (&columns, &lines), &rows, (values, width));
+            scatter(&others, &own, values);
+        }
     }
 
     /// Computes the pixels that cells with pending pixels, and their estimates, need; then interpolates
@@ -97,22 +98,29 @@ impl Work<'_, '_> {
         self.grid([step; 2])
     }
 
-    /// Computes every second column, and the last one.
-    pub(super) fn every_second_column(&mut self) -> Result<(), RunError> {
-        let missing = self.missing([2, 1]);
-        self.compute(missing)
-    }
-
-    /// Interpolates the pixels around one that are between the columns that were computed.
-    pub(super) fn between_columns(&mut self, pixel: usize) {
+    /// Computes every second column, and the last one, around some pixels, and interpolates between them.
+    pub(super) fn between_columns(&mut self, pixels: &[usize]) -> Result<(), RunError> {
         let reach = (WIDEST / 2.0) as usize + 1;
-        let (x, y) = (pixel % self.width, pixel / self.width);
-        let columns = x.saturating_sub(reach)..(x + reach + 1).min(self.width);
-        for y in y.saturating_sub(reach)..(y + reach + 1).min(self.height) {
-            for at in columns.clone().map(|x| y * self.width + x).filter(|at| !self.known[*at]) {
+        let (width, height) = (self.width, self.height);
+        let around = |pixel: &usize, reach_across: usize| {
+            let (x, y) = (pixel % width, pixel / width);
+            let columns = x.saturating_sub(reach_across)..(x + reach_across + 1).min(width);
+            let lines = y.saturating_sub(reach)..(y + reach + 1).min(height);
+            lines.flat_map(move |y| columns.clone().map(move |x| (x, y * width + x)))
+        };
+        let is_column = |x: usize| x.is_multiple_of(2) || x + 1 == width;
+        let mut needed = Vec::new();
+        for pixel in pixels {
+            let columns = around(pixel, reach + 1).filter(|(x, _)| is_column(*x));
+            needed.extend(columns.map(|(_, at)| at as u32));
+        }
+        self.compute_missing(needed)?;
+        for (_, at) in pixels.iter().flat_map(|pixel| around(pixel, reach)) {
+            if !self.known[at] {
                 self.values.iter_mut().for_each(|plane| plane[at] = mix(plane[at - 1], plane[at + 1], 0.5));
             }
         }
+        Ok(())
     }
 
     /// Computes every second column and interpolates the others.
@@ -121,11 +129,27 @@ impl Work<'_, '_> {
     }
 
     /// The pixels of a lattice that were not computed yet.
-    fn missing(&self, steps: [usize; 2]) -> Vec<usize> {
-        let width = self.width;
-        let (columns, lines) = (ticks(0..width, steps[0]), ticks(0..self.height, steps[1]));
-        let all = lines.iter().flat_map(|y| columns.iter().map(move |x| y * width + x));
-        all.filter(|pixel| !self.known[*pixel]).collect()
+    fn missing(&self, steps: [usize; 2]) -> Vec<u32> {
+        let mut pixels = Vec::new();
+        self.each_row(steps, |is_tick, known| *is_tick &= !known, &mut pixels);
+        pixels
+    }
+
+    /// Adds the pixels that `choose` chooses, row by row. It gets whether each belongs to a lattice, and
+    /// whether it was computed.
+    fn each_row(&self, steps: [usize; 2], choose: impl Fn(&mut bool, bool), pixels: &mut Vec<u32>) {
+        let is_tick = |at: usize, step: usize, size: usize| at.is_multiple_of(step) || at + 1 == size;
+        let columns: Vec<bool> = (0..self.width).map(|x| is_tick(x, steps[0], self.width)).collect();
+        let mut flags = vec![false; self.width];
+        for (y, known) in self.known.chunks(self.width.max(1)).enumerate() {
+            if is_tick(y, steps[1], self.height) {
+                flags.copy_from_slice(&columns);
+            } else {
+                flags.fill(false);
+            }
+            flags.iter_mut().zip(known).for_each(|(flag, known)| choose(flag, *known));
+            add_set(&flags, (y * self.width) as u32, pixels);
+        }
     }
 
     fn grid(&mut self, steps: [usize; 2]) -> Result<(), RunError> {
@@ -133,7 +157,10 @@ impl Work<'_, '_> {
         if missing.is_empty() && self.filled == Some(steps) {
             return Ok(());
         }
-        self.compute(missing)?;
+        self.compute(&missing)?;
+        if steps[0] == steps[1] {
+            self.keep(steps[0]);
+        }
         if steps == [1; 2] {
             self.filled = Some(steps);
         } else {
@@ -168,15 +195,19 @@ impl Work<'_, '_> {
 
     /// The cells with pending pixels, by their top left corners.
     fn wanted(&self, step: usize, pending: &[bool]) -> Vec<[usize; 2]> {
-        let lines = (0..self.height).step_by(step);
-        let all = lines.flat_map(|y| (0..self.width).step_by(step).map(move |x| [x, y]));
-        all.filter(|cell| self.any(*cell, step, pending)).collect()
-    }
-
-    /// Whether a pixel of a cell is pending.
-    fn any(&self, [x, y]: [usize; 2], step: usize, pending: &[bool]) -> bool {
-        let columns = x..(x + step).min(self.width);
-        (y..(y + step).min(self.height)).any(|y| columns.clone().any(|x| pending[y * self.width + x]))
+        let mut cells = Vec::new();
+        let mut any = vec![false; self.width];
+        for (line, rows) in pending.chunks(step * self.width).enumerate() {
+            any.fill(false);
+            for row in rows.chunks(self.width) {
+                any.iter_mut().zip(row).for_each(|(any, pending)| *any |= pending);
+            }
+            if any.iter().fold(false, |all, any| all | any) {
+                let columns = any.chunks(step).enumerate().filter(|(_, cell)| cell.contains(&true));
+                cells.extend(columns.map(|(column, _)| [column * step, line * step]));
+            }
+        }
+        cells
     }
 
     /// Settles the pending pixels of cells whose estimate is at most `limit`. Pixels next to one far above
@@ -190,22 +221,27 @@ impl Work<'_, '_> {
             return;
         }
         let mut edges = Vec::new();
-        if step == 1 {
+        if step > 1 {
             for (y, row) in pending.chunks_mut(self.width).enumerate() {
-                for ((x, pending), curvature) in row.iter_mut().enumerate().zip(curvatures.row(y)) {
-                    if *pending && above(*curvature, EDGE * limit) {
-                        edges.push([x, y]);
-                    }
-                    *pending &= above(*curvature, limit);
+                let curvatures = curvatures.row(y / step);
+                match step {
+                    2 => settle_cells::<2>(row, curvatures, limit),
+                    _ => settle_cells::<COARSE>(row, curvatures, limit),
                 }
             }
         } else {
             for (y, row) in pending.chunks_mut(self.width).enumerate() {
-                for (cell, curvature) in row.chunks_mut(step).zip(curvatures.row(y / step)) {
-                    if *curvature <= limit {
-                        cell.fill(false);
-                    }
+                let curvatures = curvatures.row(y);
+                let is_edge = |pending: bool, curvature: f32| pending & above(curvature, EDGE * limit);
+                let pairs = row.iter().zip(curvatures);
+                if pairs.fold(false, |any, (pending, curvature)| any | is_edge(*pending, *curvature)) {
+                    let pairs = row.iter().zip(curvatures).enumerate();
+                    let found = pairs.filter(|(_, (pending, curvature))| is_edge(**pending, **curvature));
+                    edges.extend(found.map(|(x, _)| [x, y]));
                 }
+                row.iter_mut().zip(curvatures).for_each(|(pending, curvature)| {
+                    *pending &= above(*curvature, limit);
+                });
             }
         }
         for [x, y] in edges {
@@ -225,16 +261,28 @@ impl Work<'_, '_> {
             return between(plane, self.width, cell, [x, y]);
         }
         let (column, line) = (nearest(x + 0.5, self.width), nearest(y + 0.5, self.height));
+        let [s, t] = [x - column as f32, y - line as f32];
+        let inside = |at: usize, size: usize| at > 0 && at + 1 < size;
+        if inside(column, self.width) && inside(line, self.height) {
+            let first = (line - 1) * self.width + column - 1;
+            let row = |number: usize| {
+                let row = &plane[first + number * self.width..first + number * self.width + 3];
+                [row[0], row[1], row[2]]
+            };
+            let [above, own, below] = [row(0), row(1), row(2)];
+            let twist = 0.25 * s * t * (above[0] + below[2] - below[0] - above[2]);
+            let down = curved([above[1], own[1], below[1]], t);
+            return own[1] + curved(own, s) + down + twist;
+        }
         let here = plane[line * self.width + column];
         let parabola = |before: Option<f32>, behind: Option<f32>, t: f32| match (before, behind) {
-            (Some(a), Some(b)) => t * 0.5 * (b - a) + 0.5 * t * t * (a - 2.0 * here + b),
+            (Some(a), Some(b)) => curved([a, here, b], t),
             (Some(a), None) => t * (here - a),
             (None, Some(b)) => t * (b - here),
             (None, None) => 0.0,
         };
         let pick =
             |x: usize, y: usize| (x < self.width && y < self.height).then(|| plane[y * self.width + x]);
-        let [s, t] = [x - column as f32, y - line as f32];
         let (left, above) = (column.wrapping_sub(1), line.wrapping_sub(1));
         let (right, below) = (column + 1, line + 1);
         let corners = [(left, above), (right, below), (left, below), (right, above)].map(|(x, y)| pick(x, y));
@@ -245,5 +293,23 @@ impl Work<'_, '_> {
         let across = parabola(pick(left, line), pick(right, line), s);
         let down = parabola(pick(column, above), pick(column, below), t);
         here + across + down + twist
+    }
+}
+
+/// How much the parabola through three values differs from the middle one at a distance from it.
+fn curved([a, here, b]: [f32; 3], t: f32) -> f32 {
+    t * 0.5 * (b - a) + 0.5 * t * t * (a - 2.0 * here + b)
+}
+
+/// Settles the pixels of a row in cells of a width whose curvature is at most a limit.
+fn settle_cells<const STEP: usize>(row: &mut [bool], curvatures: &[f32], limit: f32) {
+    let (cells, last) = row.as_chunks_mut::<STEP>();
+    let (inner, border) = curvatures.split_at(cells.len().min(curvatures.len()));
+    for (cell, curvature) in cells.iter_mut().zip(inner) {
+        let stays = above(*curvature, limit);
+        cell.iter_mut().for_each(|pending| *pending &= stays);
+    }
+    if border.first().is_some_and(|curvature| *curvature <= limit) {
+        last.fill(false);
     }
 }

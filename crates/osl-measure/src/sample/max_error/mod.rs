@@ -29,11 +29,14 @@ mod uniform;
 use super::adapt::power_below;
 use super::bounds::Weights;
 use super::image::{Cheaper, Image, Shading, not_finite};
+use curvature::Curvatures;
 use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
 use probe::{ErrorPair, Probes, trust};
+use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The error bound of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +84,7 @@ pub fn max_error_each(
         values: Vec::new(),
         known: vec![false; rows.len() * width],
         filled: None,
+        kept: Default::default(),
         samples: Vec::new(),
         evaluations: 0,
         unfinished: 0,
@@ -123,6 +127,9 @@ struct Work<'s, 'a> {
     /// The steps of the lattice in which all pixels were interpolated last, 0 for several lattices; `None` as
     /// long as they were not.
     filled: Option<[usize; 2]>,
+    /// What is known of the lattices of every pixel, every second and every fourth, if they were computed as
+    /// a whole.
+    kept: [Option<Kept>; 3],
     /// The samples of each pixel that has any, 0 for the others; empty as long as none has.
     samples: Vec<u32>,
     evaluations: u64,
@@ -131,6 +138,14 @@ struct Work<'s, 'a> {
     /// Pixels that probably exceed the bound, because the samples do not suffice.
     above: f64,
     said: Frame,
+}
+
+/// What is known of a lattice of which all pixels were computed. It changes no more.
+#[derive(Default)]
+struct Kept {
+    curvatures: Option<Arc<Curvatures>>,
+    /// The errors at the probes, as far as they were asked for.
+    errors: Vec<f32>,
 }
 
 impl<'a> Work<'_, 'a> {
@@ -228,7 +243,7 @@ impl<'a> Work<'_, 'a> {
     fn settle_near(&mut self, step: usize, probes: &Probes, pending: &mut [bool]) -> Result<(), RunError> {
         let width = self.width;
         let limit = NEAR * self.wanted.error;
-        let curvatures = self.curvatures(2 * step);
+        let curvatures = self.curvatures(2 * step, pending);
         let near: Vec<bool> = (0..pending.len())
             .map(|at| pending[at] && curvatures.at([at % width, at / width]) <= limit)
             .collect();
@@ -256,9 +271,8 @@ impl<'a> Work<'_, 'a> {
     ) -> Result<Vec<ErrorPair>, RunError> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
-        let mut needed = probes.stencils(self, &some, step);
-        needed.retain(|pixel| !self.known[*pixel]);
-        self.compute(needed)?;
+        let needed = probes.stencils(self, &some, step);
+        self.compute_missing(needed)?;
         self.judge(probes, &some, step, |work, cell| work.curvature(cell, step))
     }
 
@@ -274,7 +288,7 @@ impl<'a> Work<'_, 'a> {
             self.lattice(step, pending)?;
         }
         let open = probes.open(pending);
-        let curvatures = self.curvatures(step);
+        let curvatures = self.curvatures(step, pending);
         let tried = self.judge(probes, &open, step, |_, pixel| curvatures.at(pixel))?;
         let share = pending.len() as f32 / probes.count().max(1) as f32;
         let spare = (ALLOWED * pending.len() as f32 - off).max(0.0) / share;
@@ -307,31 +321,65 @@ impl<'a> Work<'_, 'a> {
         Ok(trust.good as f32 > WORTH[0] * some && trust.failed as f32 <= WORTH[1] * some)
     }
 
-    /// Computes the needed centres that are not known yet.
-    fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
-        let missing = |pixel: &usize| needed[*pixel] && !self.known[*pixel];
-        self.compute((0..needed.len()).filter(missing).collect())
+    /// What is known of a lattice, if it was computed as a whole.
+    fn kept(&mut self, step: usize) -> Option<&mut Kept> {
+        self.kept.get_mut(step.trailing_zeros() as usize)?.as_mut()
     }
 
-    /// Computes the centres of some pixels.
-    fn compute(&mut self, pixels: Vec<usize>) -> Result<(), RunError> {
+    /// Keeps what will be known of a lattice, of which all pixels were computed, and of coarser ones.
+    fn keep(&mut self, step: usize) {
+        for kept in self.kept.iter_mut().skip(step.trailing_zeros() as usize) {
+            kept.get_or_insert_default();
+        }
+    }
+
+    /// Computes those of some centres that are not known yet. They may be in any order.
+    fn compute_missing(&mut self, mut pixels: Vec<u32>) -> Result<(), RunError> {
+        pixels.retain(|pixel| !self.known[*pixel as usize]);
+        pixels.sort_unstable();
+        pixels.dedup();
+        self.compute(&pixels)
+    }
+
+    /// Computes the needed centres that are not known yet.
+    fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
+        let mut missing = Vec::new();
+        for ((needed, known), first) in needed.chunks(CHUNK).zip(self.known.chunks(CHUNK)).zip(0..) {
+            let mut flags = [false; CHUNK];
+            let pixels = flags.iter_mut().zip(needed.iter().zip(known));
+            pixels.for_each(|(flag, (needed, known))| *flag = *needed & !known);
+            add_set(&flags, first * CHUNK as u32, &mut missing);
+        }
+        self.compute(&missing)
+    }
+
+    /// Computes the centres of some pixels, which are in order.
+    fn compute(&mut self, pixels: &[u32]) -> Result<(), RunError> {
         if pixels.is_empty() {
             return Ok(());
         }
-        let all: Vec<u32> = pixels.iter().map(|pixel| *pixel as u32 + self.first).collect();
-        let found = self.shading.centres(&all, &mut self.said)?;
+        let found = self.shading.centres(&self.in_image(pixels), &mut self.said)?;
         for (values, found) in self.values.iter_mut().zip(found) {
-            pixels.iter().zip(found).for_each(|(pixel, x)| values[*pixel] = x);
+            scatter(pixels, &found, values);
         }
-        pixels.iter().for_each(|pixel| self.known[*pixel] = true);
+        scatter(pixels, &vec![true; pixels.len()], &mut self.known);
         self.evaluations += pixels.len() as u64;
         Ok(())
+    }
+
+    /// The numbers in the image of pixels of the band.
+    fn in_image<'p>(&self, pixels: &'p [u32]) -> Cow<'p, [u32]> {
+        match self.first {
+            0 => Cow::Borrowed(pixels),
+            first => pixels.iter().map(|pixel| pixel + first).collect(),
+        }
     }
 
     fn image(&mut self) -> Image {
         let mut image = Image { frame: std::mem::take(&mut self.said), ..Image::default() };
         let is_plain = self.samples.is_empty();
-        let mut samples: Vec<u32> = self.known.iter().map(|known| u32::from(*known)).collect();
+        let mut samples = vec![0; self.known.len()];
+        samples.iter_mut().zip(&self.known).for_each(|(own, known)| *own = u32::from(*known));
         samples.iter_mut().zip(&self.samples).for_each(|(own, more)| *own = (*own).max(*more));
         let values = std::mem::take(&mut self.values);
         image.tally.evaluations = self.evaluations;
@@ -369,6 +417,48 @@ fn count(pending: &[bool]) -> usize {
     // Sums of bytes, which the compiler puts into vectors.
     let some = |pixels: &[bool]| usize::from(pixels.iter().map(|pending| u8::from(*pending)).sum::<u8>());
     pending.chunks(128).map(some).sum()
+}
+
+/// Flags that are looked at together. Most are equal to their neighbours.
+const CHUNK: usize = 32;
+
+/// Adds the numbers of the pixels whose flag is set. `first` is the number of the first.
+fn add_set(flags: &[bool], first: u32, pixels: &mut Vec<u32>) {
+    for (flags, first) in flags.chunks(CHUNK).zip((first..).step_by(CHUNK)) {
+        // Sums of bytes, which the compiler puts into vectors.
+        let set = usize::from(flags.iter().map(|flag| u8::from(*flag)).sum::<u8>());
+        if set == flags.len() {
+            pixels.extend(first..first + set as u32);
+        } else if set > 0 {
+            // Each is written where the next one that is set overwrites it, because a jump may be mispredicted.
+            let (mut some, mut count) = ([0; CHUNK + 1], 0);
+            for (flag, pixel) in flags.iter().zip(first..) {
+                some[count] = pixel;
+                count += usize::from(*flag);
+            }
+            pixels.extend_from_slice(&some[..count]);
+        }
+    }
+}
+
+/// The pixels whose flag is set, in order.
+fn set(flags: &[bool]) -> Vec<u32> {
+    let mut pixels = Vec::new();
+    add_set(flags, 0, &mut pixels);
+    pixels
+}
+
+/// Writes the values of some pixels, which are in order, to their places.
+fn scatter<T: Copy>(pixels: &[u32], values: &[T], to: &mut [T]) {
+    for (pixels, values) in pixels.chunks(CHUNK).zip(values.chunks(CHUNK)) {
+        let (Some(first), Some(last)) = (pixels.first(), pixels.last()) else { continue };
+        let (first, last) = (*first as usize, *last as usize);
+        if last - first == pixels.len() - 1 {
+            to[first..=last].copy_from_slice(values);
+        } else {
+            pixels.iter().zip(values).for_each(|(pixel, value)| to[*pixel as usize] = *value);
+        }
+    }
 }
 
 /// Whether an estimate is above a limit or NaN.

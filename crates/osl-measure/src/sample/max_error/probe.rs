@@ -16,6 +16,8 @@ const SECOND_LOOK: u32 = 32;
 /// Standard errors added to the mean of a second look. They assume independent samples; the actual error is
 /// smaller.
 const DOUBT: f32 = 0.5;
+/// In place of an error that was not computed yet.
+const UNKNOWN: f32 = -1.0;
 /// At most one in so many probes may get a second look.
 const SECOND_LOOKS: usize = 50;
 
@@ -54,14 +56,12 @@ impl Probes {
         }
     }
 
-    /// The pixels that a lattice needs at some probes, in order.
-    pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<usize> {
+    /// The pixels that a lattice needs at some probes, some of them several times.
+    pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<u32> {
         let mut needed = Vec::new();
         for pixel in slots.iter().map(|slot| self.pixels[*slot] as usize) {
-            work.around([pixel % work.width, pixel / work.width], step, |pixel| needed.push(pixel));
+            work.around([pixel % work.width, pixel / work.width], step, |pixel| needed.push(pixel as u32));
         }
-        needed.sort_unstable();
-        needed.dedup();
         needed
     }
 }
@@ -74,16 +74,12 @@ impl Work<'_, '_> {
         if chosen.is_empty() {
             return Ok(());
         }
-        let pixels: Vec<u32> = chosen.iter().map(|pixel| pixel + self.first).collect();
-        let batch = self.shading.batch(&pixels, 0..1, false)?;
-        self.said.add(batch.said, &self.shading.options.limits.running);
-        self.evaluations += pixels.len() as u64;
+        let found = self.shading.firsts(&self.in_image(&chosen), &mut self.said)?;
+        self.evaluations += chosen.len() as u64;
         probes.places.extend(chosen.iter().map(|pixel| self.place(*pixel, 0)));
         probes.pixels.extend(chosen);
-        probes.values.resize(batch.blocks.len(), Vec::new());
-        for (values, blocks) in probes.values.iter_mut().zip(&batch.blocks) {
-            values.extend(blocks.iter().map(|block| block.mean()));
-        }
+        probes.values.resize(found.len(), Vec::new());
+        probes.values.iter_mut().zip(found).for_each(|(values, found)| values.extend(found));
         Ok(())
     }
 
@@ -112,22 +108,30 @@ impl Work<'_, '_> {
         Ok(slots.iter().map(estimate).zip(errors).collect())
     }
 
-    /// The errors of a lattice at some probes.
+    /// The errors of a lattice at some probes. Those of a lattice that was computed as a whole are kept.
     pub(super) fn errors(
         &mut self,
         probes: &Probes,
         slots: &[usize],
         step: usize,
     ) -> Result<Vec<f32>, RunError> {
-        let error = |slot: &usize| {
-            let (pixel, place) = (probes.pixels[*slot] as usize, probes.places[*slot]);
-            let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
-                weighted(distance(self.at(values, place, step), seen[*slot]), weight)
-            };
-            let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
-            planes.map(off).fold(0.0, f32::max) + self.blurred(pixel, step)
+        let mut errors: Vec<f32> = match self.kept(step).map(|kept| std::mem::take(&mut kept.errors)) {
+            None => slots.iter().map(|slot| self.error(probes, *slot, step)).collect(),
+            Some(mut kept) => {
+                kept.resize(probes.count(), UNKNOWN);
+                let known = |slot: &usize| {
+                    if kept[*slot] == UNKNOWN {
+                        kept[*slot] = self.error(probes, *slot, step);
+                    }
+                    kept[*slot]
+                };
+                let errors = slots.iter().map(known).collect();
+                if let Some(own) = self.kept(step) {
+                    own.errors = kept;
+                }
+                errors
+            }
         };
-        let mut errors: Vec<f32> = slots.iter().map(error).collect();
         let failed: Vec<usize> =
             (0..slots.len()).filter(|at| above(errors[*at], CLOSE * self.wanted.error)).collect();
         if failed.len() * SECOND_LOOKS <= slots.len() {
@@ -138,6 +142,16 @@ impl Work<'_, '_> {
             }
         }
         Ok(errors)
+    }
+
+    /// The error of a lattice at a probe.
+    fn error(&self, probes: &Probes, slot: usize, step: usize) -> f32 {
+        let (pixel, place) = (probes.pixels[slot] as usize, probes.places[slot]);
+        let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
+            weighted(distance(self.at(values, place, step), seen[slot]), weight)
+        };
+        let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
+        planes.map(off).fold(0.0, f32::max) + self.blurred(pixel, step)
     }
 
     /// How many of some probes have another value than the centre of their pixel, by more than the bound.

@@ -6,7 +6,7 @@ use super::learn::Steps;
 use super::pilot::estimate;
 use super::policy::*;
 use super::probe::NEVER;
-use super::{Work, above};
+use super::{Work, above, set};
 use crate::sample::adapt::Refiner;
 use crate::sample::bounds::weighted;
 use crate::sample::operations::nanoseconds;
@@ -33,14 +33,16 @@ impl<'a> Work<'_, 'a> {
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
     pub(super) fn sample(&mut self, pending: &[bool], off: f32) -> Result<(), RunError> {
-        let mut pixels: Vec<u32> =
-            (0..pending.len()).filter(|p| pending[*p]).map(|p| p as u32 + self.first).collect();
+        let mut pixels: Vec<u32> = set(pending);
+        pixels.iter_mut().for_each(|pixel| *pixel += self.first);
         if pixels.is_empty() {
             return Ok(());
         }
         let allowed = (ALLOWED * pending.len() as f32 - off).max(0.0) / pixels.len() as f32;
         self.measure_costs(&pixels)?;
-        let curvatures = self.curvatures(COARSE);
+        let curvatures = self.curvatures(COARSE, pending);
+        // The values of the lattices are about to change.
+        self.kept = Default::default();
         let allowed = allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW);
         let (pilot, steps) = self.pilot(&curvatures, &pixels, allowed)?;
         self.sampled.pattern = pilot.pattern().clone();

@@ -44,9 +44,8 @@ impl Work<'_, '_> {
         probes: &mut Probes,
         pending: &mut [bool],
     ) -> Result<Whole, RunError> {
-        match step {
-            1 => self.every_second_column()?,
-            _ => self.whole(step)?,
+        if step > 1 {
+            self.whole(step)?;
         }
         pending.fill(true);
         let (count, (fewest, most)) = (pending.len(), PEEKS);
@@ -85,14 +84,13 @@ impl Work<'_, '_> {
         Ok(Whole { step, found: self.settle_one(step, probes, pending, 0.0)? })
     }
 
-    /// The number of probes at which every second column is not enough, if these are few. The columns were
-    /// computed for the lattice of all pixels, so that nothing is lost if not. The image with the others
-    /// interpolated is judged as if it were that lattice, by a few of the probes first.
+    /// The number of probes at which every second column is not enough, if these are few. The image with the
+    /// others interpolated is judged as if it were the lattice of all pixels, by a few of the probes first.
+    /// Nothing is lost if it is not enough, because then the columns belong to that lattice.
     fn columns_do(&mut self, probes: &Probes, all: &[usize], spare: f32) -> Result<Option<usize>, RunError> {
         let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
-        for slot in &some {
-            self.between_columns(probes.pixels[*slot] as usize);
-        }
+        let pixels: Vec<usize> = some.iter().map(|slot| probes.pixels[*slot] as usize).collect();
+        self.between_columns(&pixels)?;
         if self.failures(probes, &some, 1)? > TRIED {
             return Ok(None);
         }
