@@ -430,7 +430,8 @@ fn add_set(flags: &[bool], first: u32, pixels: &mut Vec<u32>) {
         if set == flags.len() {
             pixels.extend(first..first + set as u32);
         } else if set > 0 {
-            // Each is written where the next one that is set overwrites it, because a jump may be mispredicted.
+            // Each is written where the next one that is set overwrites it, because a jump may be
+            // mispredicted.
             let (mut some, mut count) = ([0; CHUNK + 1], 0);
             for (flag, pixel) in flags.iter().zip(first..) {
                 some[count] = pixel;
