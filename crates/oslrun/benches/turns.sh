@@ -36,21 +36,21 @@ while read -r name size file options; do
         awk "BEGIN { printf \"| %s | %s | %.1f | %.1f | %.2f |\n\", \"$name\", \"$isa\", $x, $y, $x / $y }"
     done
 done <<LIST
-Cobbled,color 1024 osl/Cobbled.osl --outputs resultRGB
+Cobbled,color 2048 osl/Cobbled.osl --outputs resultRGB
 Cobbled,mask 2048 osl/Cobbled.osl --outputs resultMask
 flakes 2048 osl/flakes.osl --outputs result
 sprinkles 2048 tests/data/seeds/sprinkles.repaired.osl --outputs Fac
 strips 2048 osl/strips.osl --outputs Fac
-nonlinear_noise 1024 osl/nonlinear_noise.osl -p type=recursive
+nonlinear_noise 2048 osl/nonlinear_noise.osl -p type=recursive
 chaosmosaic 768 osl/chaosmosaic.osl -p Image=$image
 matrices 1024 $lib/matrices.osl
 transcendental 2048 $lib/transcendental.osl
-branches 1024 $lib/branches.osl
+branches 2048 $lib/branches.osl
 splines 1024 $lib/splines.osl
 colors 1024 $lib/colors.osl
 gabor 256 $lib/gabor.osl
 textures 256 $lib/textures.osl -p image=$image
-derivatives 1024 $lib/derivatives.osl
+derivatives 2048 $lib/derivatives.osl
 strings 768 $lib/strings.osl
 loops 256 $lib/loops.osl
 pattern 1024 $lib/pattern.osl
