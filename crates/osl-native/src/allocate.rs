@@ -31,6 +31,8 @@ pub struct Assembled {
 
 /// Writes the code of a block.
 pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
+    let counting = if E::MASKS == Masks::Vectors { block.with_counts() } else { None };
+    let block = counting.as_ref().unwrap_or(block);
     let hoisted = (!block.regions.is_empty()).then(|| {
         let mut block = block.clone();
         block.hoist();

@@ -1,6 +1,6 @@
 //! Choices between values, and masks as numbers: what a block makes of them at once.
 
-use crate::{Held, WIDEST, each_way};
+use crate::{Held, WIDEST, each_way, extremes};
 use osl_native::{Binary, Block, Compare, IntCompare, MaskValue, Target, Value};
 
 /// A value, and its model for the three bits of a lane.
@@ -124,4 +124,41 @@ fn a_condition_of_a_round_costs_one_choice() {
         Target::ALL.iter().map(|target| target.assemble(&block).instructions).collect::<Vec<_>>()
     };
     assert_eq!(count(true), count(false));
+}
+
+/// Adding or taking away 1 where a mask is set, in every way to write it.
+#[test]
+fn counts_are_those_of_choices() {
+    let list = extremes();
+    let lanes = (list.len() * list.len()).next_multiple_of(WIDEST);
+    let pairs = || list.iter().flat_map(|a| list.iter().map(move |b| (*a, *b)));
+    let mut inputs: Vec<u32> = pairs().map(|(a, _)| a).collect();
+    inputs.resize(lanes, 0);
+    inputs.extend(pairs().map(|(_, b)| b));
+    inputs.resize(2 * lanes, 0);
+    let mut block = Block::new();
+    let (from, to) = (block.array(), block.array());
+    let (x, y) = (block.lanes(from, 0), block.lanes(from, lanes as u32));
+    let (one, less) = (block.bits(1), block.bits(u32::MAX));
+    let mask = block.compare_ints(IntCompare::Less, x, y);
+    let steps = [
+        block.binary(Binary::IntAdd, x, one),
+        block.binary(Binary::IntAdd, one, x),
+        block.binary(Binary::IntSub, x, one),
+        block.binary(Binary::IntAdd, x, less),
+        block.binary(Binary::IntSub, x, less),
+    ];
+    for (number, changed) in steps.into_iter().enumerate() {
+        let chosen = block.choose(mask, changed, x);
+        block.store(to, (number * lanes) as u32, chosen, true);
+    }
+    let arrays = [Held::Read(inputs), Held::Write(vec![0; 5 * lanes])];
+    let ways = each_way(&block, &arrays, std::slice::from_ref(&(0..lanes)));
+    for (way, held) in &ways {
+        assert_eq!(held, &ways[0].1, "{way}");
+    }
+    for (lane, (a, b)) in pairs().enumerate() {
+        let more = if (a as i32) < b as i32 { a.wrapping_add(1) } else { a };
+        assert_eq!(ways[0].1[1].words()[lane], more, "{a:x} {b:x}");
+    }
 }
