@@ -16,7 +16,7 @@ use crate::budget::{Budget, Reservation, Slot};
 use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::file;
-use crate::image::SubImage;
+use crate::image::{OwnedSubImage, SubImage};
 use crate::loaded::{LoadFailure, TextureResult, failure};
 use crate::read::read_part;
 use crate::search::{ReadFile, Search};
@@ -59,7 +59,7 @@ struct Shared {
 struct Slots {
     /// The first image of each file, kept separately so that a lookup need not copy the name.
     first: HashMap<String, Arc<Slot>>,
-    others: HashMap<(String, SubImageKey), Arc<Slot>>,
+    others: HashMap<(String, OwnedSubImage), Arc<Slot>>,
 }
 
 impl Slots {
@@ -75,20 +75,12 @@ impl Slots {
     }
 }
 
-/// An image other than the first.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-enum SubImageKey {
-    Index(usize),
-    Name(String),
-}
-
-impl SubImageKey {
-    fn other_than_first(part: SubImage<'_>) -> Option<Self> {
-        match part {
-            SubImage::Index(0) | SubImage::Name("") => None,
-            SubImage::Index(index) => Some(Self::Index(index)),
-            SubImage::Name(name) => Some(Self::Name(name.to_owned())),
-        }
+/// An image of a file, unless it is the first.
+fn other_than_first(part: SubImage<'_>) -> Option<OwnedSubImage> {
+    match part {
+        SubImage::Index(0) | SubImage::Name("") => None,
+        SubImage::Index(index) => Some(OwnedSubImage::Index(index)),
+        SubImage::Name(name) => Some(OwnedSubImage::Name(name.into())),
     }
 }
 
@@ -326,7 +318,7 @@ impl TextureCache {
     }
 
     fn slot(&self, name: &str, part: SubImage<'_>) -> Arc<Slot> {
-        let part = SubImageKey::other_than_first(part).map(|part| (name.to_owned(), part));
+        let part = other_than_first(part).map(|part| (name.to_owned(), part));
         // The maps are never left half-changed, so a panic elsewhere does not corrupt them.
         let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
         let known = match &part {

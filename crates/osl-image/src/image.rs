@@ -4,6 +4,7 @@
 
 use std::io::{BufRead, Seek};
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::attributes::Attributes;
 use crate::error::ImageError;
@@ -21,6 +22,31 @@ pub enum SubImage<'a> {
 impl Default for SubImage<'_> {
     fn default() -> Self {
         Self::Index(0)
+    }
+}
+
+/// The same with a name of its own, to keep.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum OwnedSubImage {
+    /// By index, from 0.
+    Index(usize),
+    /// By name.
+    Name(Arc<str>),
+}
+
+impl Default for OwnedSubImage {
+    fn default() -> Self {
+        Self::Index(0)
+    }
+}
+
+impl OwnedSubImage {
+    /// The same, borrowed.
+    pub fn sub_image(&self) -> SubImage<'_> {
+        match self {
+            Self::Index(index) => SubImage::Index(*index),
+            Self::Name(name) => SubImage::Name(name),
+        }
     }
 }
 

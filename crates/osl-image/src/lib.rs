@@ -58,7 +58,7 @@ pub use exr_out::{
 pub use exr_zip::SampleType;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
-pub use image::{Header, ImageData, StoredType, SubImage};
+pub use image::{Header, ImageData, OwnedSubImage, StoredType, SubImage};
 pub use loaded::{LoadFailure, TextureResult};
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, png_bytes, png_samples, write_png};

@@ -9,7 +9,7 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
 use crate::step::{KernelStep, Operand};
 use osl_image::{
-    Footprint, Interp, LoadFailure, LookupOptions, Sample, SubImage, Texture, TextureCache, Wrap,
+    Footprint, Interp, LoadFailure, LookupOptions, OwnedSubImage, Sample, Texture, TextureCache, Wrap,
     environment, lookup, lookup_values,
 };
 use osl_ir::ir::{Const, TextureOption};
@@ -32,27 +32,6 @@ impl Options {
         let [r, g, b, a] =
             self.missing.unwrap_or_default().map(|channel| channel.unwrap_or(self.lookup.fill));
         ([r, g, b], if channels == 1 { g } else { a })
-    }
-}
-
-#[derive(Clone, Debug, PartialEq)]
-enum OwnedSubImage {
-    Index(usize),
-    Name(Arc<str>),
-}
-
-impl Default for OwnedSubImage {
-    fn default() -> Self {
-        OwnedSubImage::Index(0)
-    }
-}
-
-impl OwnedSubImage {
-    fn sub_image(&self) -> SubImage<'_> {
-        match self {
-            OwnedSubImage::Index(index) => SubImage::Index(*index),
-            OwnedSubImage::Name(name) => SubImage::Name(name),
-        }
     }
 }
 

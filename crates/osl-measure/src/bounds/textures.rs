@@ -3,10 +3,9 @@
 //! must not know how a body is walked.
 
 use osl_exec::Services;
-use osl_image::{LookupOptions, Reach, SubImage, Texture, TextureCache, Wrap};
+use osl_image::{LookupOptions, OwnedSubImage, Reach, Texture, TextureCache, Wrap};
 use osl_ir::ir::{Kernel, Kind, TextureOption};
 use osl_numeric::interval::{Enclosure, Interval};
-use std::sync::Arc;
 
 /// The maximum number of unit squares of a tiled name whose files are read.
 const SQUARES: usize = 100;
@@ -26,17 +25,6 @@ struct Options {
     fill: Option<Interval>,
     /// The channels in place of a missing file.
     missing: Option<[Option<Interval>; 4]>,
-}
-
-enum OwnedSubImage {
-    Index(usize),
-    Name(Arc<str>),
-}
-
-impl Default for OwnedSubImage {
-    fn default() -> OwnedSubImage {
-        OwnedSubImage::Index(0)
-    }
 }
 
 /// The results of a lookup in files with known names; `None` for other calls, and for options that are not
@@ -135,10 +123,7 @@ impl LookupRange {
         options: &Options,
         (channels, is_directional): (usize, bool),
     ) {
-        let part = match &options.part {
-            OwnedSubImage::Index(index) => SubImage::Index(*index),
-            OwnedSubImage::Name(name) => SubImage::Name(name),
-        };
+        let part = options.part.sub_image();
         let Ok(texture) = services.textures.tile(name, part, s, t).0 else {
             self.fails = true;
             return;

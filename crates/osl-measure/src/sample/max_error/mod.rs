@@ -140,7 +140,7 @@ struct Work<'s, 'a> {
     said: Frame,
 }
 
-/// What is known of a lattice of which all pixels were computed. It changes no more.
+/// The findings about a lattice after all its pixels were computed. They stay valid from then on.
 #[derive(Default)]
 struct Kept {
     curvatures: Option<Arc<Curvatures>>,
@@ -321,12 +321,12 @@ impl<'a> Work<'_, 'a> {
         Ok(trust.good as f32 > WORTH[0] * some && trust.failed as f32 <= WORTH[1] * some)
     }
 
-    /// What is known of a lattice, if it was computed as a whole.
+    /// The findings about a lattice, if it was computed as a whole.
     fn kept(&mut self, step: usize) -> Option<&mut Kept> {
         self.kept.get_mut(step.trailing_zeros() as usize)?.as_mut()
     }
 
-    /// Keeps what will be known of a lattice, of which all pixels were computed, and of coarser ones.
+    /// Keeps findings about this lattice and the coarser ones from now on: all their pixels were computed.
     fn keep(&mut self, step: usize) {
         for kept in self.kept.iter_mut().skip(step.trailing_zeros() as usize) {
             kept.get_or_insert_default();
