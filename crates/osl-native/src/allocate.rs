@@ -1,4 +1,4 @@
-//! Turns a block into code: assigns registers to values and emits the instructions in order.
+//! Turns a block into code: `schedule` orders the operations, values get registers, and instructions follow.
 //!
 //! The value needed next keeps its register. If there are too few registers, the value that is needed last
 //! gives up its register (Belady 1966) and moves to memory, unless it is there already. `region` does the
@@ -6,6 +6,7 @@
 //! for which an [`Encoder`] writes code.
 
 mod region;
+mod schedule;
 
 use crate::block::Block;
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
@@ -13,6 +14,7 @@ use crate::inst::{Array, Inst, Op};
 pub(crate) use region::carries;
 use region::{Entered, Lists};
 use rustc_hash::FxHashMap;
+use schedule::Limits;
 use std::ops::Range;
 
 /// Marks a register that an instruction uses as a temporary.
@@ -33,15 +35,23 @@ pub struct Assembled {
 pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
     let counting = if E::MASKS == Masks::Vectors { block.with_counts() } else { None };
     let block = counting.as_ref().unwrap_or(block);
-    let hoisted = (!block.regions.is_empty()).then(|| {
-        let mut block = block.clone();
-        block.hoist();
-        block
-    });
-    let block = hoisted.as_ref().unwrap_or(block);
+    let mut ordered = block.clone();
+    ordered.hoist();
+    ordered.reorder(&schedule::order(&ordered, limits::<E>()));
+    let block = &ordered;
     let (code, slots) = allocate::<E>(block);
     let (bytes, instructions) = code.finish(block.vectors());
     Assembled { instructions, bytes, slots }
+}
+
+/// How many vectors and masks the order of operations may keep at a time. The other registers are for operands
+/// from memory and for temporary values.
+fn limits<E: Encoder>() -> Limits {
+    let count = |mask| registers::<E>(mask).len() as i32;
+    match E::MASKS {
+        Masks::Vectors => [count(false) - 3, 0],
+        Masks::Registers(..) => [count(false) - 3, count(true) - 1],
+    }
 }
 
 /// Hands the operations of a block to an encoder. Returns it with the number of slots.

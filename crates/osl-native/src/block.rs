@@ -4,7 +4,9 @@
 //! each of them. Equal operations on equal values are merged. The sequence may contain loops and parts that
 //! are skipped: `region` records these. This module must not know lanes, registers or instructions.
 
-use crate::inst::{Array, Binary, Compare, Inst, IntCompare, MaskValue, Op, Region, TABLE, Unary, Value};
+use crate::inst::{
+    Array, Binary, Carry, Compare, Inst, IntCompare, Kind, MaskValue, Op, Region, TABLE, Unary, Value,
+};
 use crate::simplify::{self, Truth};
 use rustc_hash::FxHashMap;
 
@@ -335,5 +337,32 @@ impl Block {
     pub(crate) fn push(&mut self, op: Op, list: &[u32]) -> u32 {
         self.insts.push(Inst::new(op, list));
         self.insts.len() as u32 - 1
+    }
+
+    /// Puts the operations into another order, given by their numbers. It must have each once, after its
+    /// operands. Nothing may be added afterwards.
+    pub(crate) fn reorder(&mut self, order: &[u32]) {
+        let mut new = vec![0; self.insts.len()];
+        for (at, old) in order.iter().enumerate() {
+            new[*old as usize] = at as u32;
+        }
+        let renamed = |v: u32| new.get(v as usize).copied().unwrap_or(v);
+        let insts = order.iter().filter_map(|old| self.insts.get(*old as usize));
+        self.insts = insts.map(|inst| inst.renamed(renamed)).collect();
+        for region in &mut self.regions {
+            let Region { kind, begin, end, carried, again, .. } = region;
+            (*begin, *end, *again) = (renamed(*begin), renamed(*end), renamed(*again));
+            if let Kind::Skip { mask } = kind {
+                *mask = renamed(*mask);
+            }
+            for Carry { init, param, next, result } in carried {
+                for v in [init, param, next, result] {
+                    *v = renamed(*v);
+                }
+            }
+        }
+        // Both speak of the old numbers, and nothing is added any more.
+        self.known.clear();
+        self.held.clear();
     }
 }

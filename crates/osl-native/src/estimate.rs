@@ -9,14 +9,14 @@ use crate::block::Block;
 use crate::inst::{Binary, Op, Unary};
 
 /// Instructions that are taken up in a cycle, and how far it looks ahead.
-const WIDTH: usize = 4;
+pub(crate) const WIDTH: usize = 4;
 const WINDOW: usize = 256;
 /// Vectors of the simulation.
 const ROUNDS: usize = 4;
 
 impl Op {
     /// Number of instructions, cycles until the result, and cycles in the unit for quotients.
-    fn cost(self) -> (usize, usize, usize) {
+    pub(crate) fn cost(self) -> (usize, usize, usize) {
         match self {
             // Held in registers, or read where they are used.
             Op::Word(..) | Op::Constant(_) => (0, 0, 0),

@@ -4,7 +4,7 @@
 //! values keep their bits. This module must not know registers or instructions.
 
 use crate::block::Block;
-use crate::inst::{Carry, Inst, Kind, Op, Region};
+use crate::inst::{Inst, Kind, Op};
 
 impl Block {
     /// Moves operations out of the loops in which they do not change.
@@ -85,29 +85,6 @@ impl Block {
                 place(at as u32, &mut order);
             }
         }
-        let mut new = vec![0; self.insts.len()];
-        for (at, old) in order.iter().enumerate() {
-            new[*old as usize] = at as u32;
-        }
-        let renamed = |v: u32| new.get(v as usize).copied().unwrap_or(v);
-        let insts = order.iter().filter_map(|old| self.insts.get(*old as usize));
-        self.insts = insts
-            .map(|inst| Inst::new(inst.op, &inst.args().iter().map(|v| renamed(*v)).collect::<Vec<_>>()))
-            .collect();
-        for region in &mut self.regions {
-            let Region { kind, begin, end, carried, again, .. } = region;
-            (*begin, *end, *again) = (renamed(*begin), renamed(*end), renamed(*again));
-            if let Kind::Skip { mask } = kind {
-                *mask = renamed(*mask);
-            }
-            for Carry { init, param, next, result } in carried {
-                for v in [init, param, next, result] {
-                    *v = renamed(*v);
-                }
-            }
-        }
-        // Both speak of the old numbers, and nothing is added any more.
-        self.known.clear();
-        self.held.clear();
+        self.reorder(&order);
     }
 }

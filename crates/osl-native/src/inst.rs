@@ -230,6 +230,13 @@ impl Inst {
     pub(crate) fn args(&self) -> &[u32] {
         &self.args[..usize::from(self.count)]
     }
+
+    /// The operation with other numbers for its arguments.
+    pub(crate) fn renamed(&self, name: impl Fn(u32) -> u32) -> Inst {
+        let mut inst = *self;
+        inst.args.iter_mut().take(usize::from(self.count)).for_each(|v| *v = name(*v));
+        inst
+    }
 }
 
 /// How control enters and leaves a region.

@@ -11,7 +11,7 @@
 //!
 //! Data flows from `block` (a list of `inst`; `simplify` merges some, `region` adds control flow, `pair` lets
 //! two vectors go in step, `count` takes masks for numbers, and `hoist` empties loops of what does not
-//! change) through `allocate` (registers and order) and an `encoder` (the instructions of one kind of
+//! change) through `allocate` (order and registers) and an `encoder` (the instructions of one kind of
 //! machine) to `code` (executable memory and the call). [`Target`] names the kinds of machines: x86-64 with
 //! AVX2 or with AVX-512, whose encoders are `avx2` and `avx512`, both on `x86`, and aarch64, whose encoder is
 //! `neon`; it has no regions yet. On other machines there is no [`Code`]. [`mod@interpret`] computes a block
