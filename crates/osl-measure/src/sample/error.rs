@@ -71,10 +71,6 @@ fn value(word: u32, kind: Kind) -> f32 {
     if kind == Kind::Int { word as i32 as f32 } else { f32::from_bits(word) }
 }
 
-/// Up to this many sample values fit on the stack: a short array, which is quickly cleared, and a long one.
-const FEW: usize = 8;
-const MANY: usize = 64;
-
 /// Which samples of pixels show their variance: the later half of samples 0..n, because the two halves are
 /// complete patterns, as the rounds that double the sample count are. With up to four samples, all are used.
 pub(super) struct Shown<'a> {
@@ -103,91 +99,139 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// The variance of the samples of a block, in the order of its pixel.
-pub(super) fn variance(
-    block: &Block,
-    (words, kind, signs): (&[u32], Kind, &[f32]),
-    (shown, order): (&Shown<'_>, &[u32]),
-) -> f32 {
-    if !block.sum.is_finite() {
-        return f32::NAN;
-    }
-    let at = |i: usize| {
-        let x = words.get(i).map_or(0.0, |word| value(*word, kind));
-        signs.get(i).map_or(x, |sign| x * sign)
-    };
-    let scale = if signs.is_empty() { 1.0 } else { words.len() as f64 / block.weight };
-    let scale = (scale * scale) as f32;
-    let mut few = [0.0; FEW];
-    let mut many = [0.0; MANY];
-    let mut large = Vec::new();
-    let cells = match order.len() {
-        length if length <= FEW => few.get_mut(..length),
-        length if length <= MANY => many.get_mut(..length),
-        length => {
-            large.resize(length, 0.0);
-            Some(&mut large[..])
-        }
-    };
-    let Some(cells) = cells else { return 0.0 };
-    cells.iter_mut().zip(order).for_each(|(cell, i)| *cell = at(shown.first + *i as usize));
-    within(shown.level, cells) * scale
+/// Pixels whose samples are summed up in step, so that the compiler puts them into vectors.
+const STEP: usize = 8;
+
+/// The samples of one plane for some pixels, pixel by pixel.
+#[derive(Clone, Copy)]
+pub(super) struct Samples<'a> {
+    /// The values, and the weights unless all are 1.
+    pub(super) words: &'a [u32],
+    pub(super) signs: &'a [f32],
+    /// Number of samples of each pixel.
+    pub(super) each: usize,
+    pub(super) kind: Kind,
 }
 
-/// The variance within rectangles, assumed equal along both axes.
-fn within(level: u32, cells: &[f32]) -> f32 {
-    // Loops over few cells are unrolled if their lengths are known.
-    match level {
-        1 => within_of(2, 1, cells),
-        2 => within_of(2, 2, cells),
-        3 => within_of(4, 2, cells),
-        4 => within_of(4, 4, cells),
-        _ => {
-            let (columns, rows) = Pattern::rectangles(level);
-            within_of(columns, rows, cells)
+impl<'a> Samples<'a> {
+    /// Those of so many pixels from one on.
+    fn some(&self, first: usize, pixels: usize) -> Samples<'a> {
+        let range = first * self.each..(first + pixels) * self.each;
+        Samples {
+            words: self.words.get(range.clone()).unwrap_or(&[]),
+            signs: self.signs.get(range).unwrap_or(&[]),
+            ..*self
         }
     }
 }
 
-#[inline(always)]
-fn within_of(columns: usize, rows: usize, cells: &[f32]) -> f32 {
-    let Some(cells) = cells.get(..columns * rows) else { return 0.0 };
-    let across = along(rows, columns, |y, x| cells[y * columns + x]);
-    let down = along(columns, rows, |x, y| cells[y * columns + x]);
+/// Sums up the samples of each of some pixels, and computes their variance if `shown` says how, given the
+/// order of the samples of each pixel.
+pub(super) fn blocks(samples: Samples<'_>, shown: Option<(&Shown<'_>, &[&[u32]])>, to: &mut [Block]) {
+    let mut cells = Vec::new();
+    let orders = |from: usize, count: usize| {
+        shown.map(|(shown, orders)| (shown, orders.get(from..from + count).unwrap_or(&[])))
+    };
+    let (mut first, (steps, rest)) = (0, to.as_chunks_mut::<STEP>());
+    for to in steps {
+        *to = in_step(&samples.some(first, STEP), orders(first, STEP), &mut cells);
+        first += STEP;
+    }
+    let mut cells = Vec::new();
+    for to in rest {
+        [*to] = in_step(&samples.some(first, 1), orders(first, 1), &mut cells);
+        first += 1;
+    }
+}
+
+/// The same for `N` pixels in step. `cells` is working memory.
+fn in_step<const N: usize>(
+    samples: &Samples<'_>,
+    shown: Option<(&Shown<'_>, &[&[u32]])>,
+    cells: &mut Vec<[f32; N]>,
+) -> [Block; N] {
+    let Samples { words, signs, each, kind } = *samples;
+    let mut blocks = [Block::default(); N];
+    let own = words.chunks_exact(each);
+    for (at, (block, own)) in blocks.iter_mut().zip(own).enumerate() {
+        *block = self::block(own, kind, signs.get(at * each..(at + 1) * each).unwrap_or(&[]));
+    }
+    let Some((shown, orders)) = shown else { return blocks };
+    cells.clear();
+    cells.resize(1 << shown.level, [0.0; N]);
+    for (pixel, order) in orders.iter().enumerate().take(N) {
+        let own = pixel * each + shown.first..(pixel + 1) * each;
+        let words = words.get(own.clone()).unwrap_or(&[]);
+        let cells = cells.iter_mut().map(|cell| &mut cell[pixel]).zip(*order);
+        match (kind, signs.get(own)) {
+            (Kind::Float, None) => {
+                cells.for_each(|(cell, i)| {
+                    *cell = words.get(*i as usize).map_or(0.0, |word| f32::from_bits(*word));
+                });
+            }
+            (_, signs) => {
+                let sign = |i: usize| signs.and_then(|signs| signs.get(i)).copied().unwrap_or(1.0);
+                let at = |i: usize| words.get(i).map_or(0.0, |word| value(*word, kind) * sign(i));
+                cells.for_each(|(cell, i)| *cell = at(*i as usize));
+            }
+        }
+    }
+    for (block, variance) in blocks.iter_mut().zip(within(shown.level, cells)) {
+        let scale = if signs.is_empty() { 1.0 } else { f64::from(block.count) / block.weight };
+        let scale = (scale * scale) as f32;
+        block.variance = if block.sum.is_finite() { variance * scale } else { f32::NAN };
+    }
+    blocks
+}
+
+/// The variance within rectangles, assumed equal along both axes, for each of `N` pixels.
+fn within<const N: usize>(level: u32, cells: &[[f32; N]]) -> [f32; N] {
+    let (columns, rows) = Pattern::rectangles(level);
+    let Some(cells) = cells.get(..columns * rows) else { return [0.0; N] };
+    let across = along(rows, columns, |y, x| &cells[y * columns + x]);
+    let down = along(columns, rows, |x, y| &cells[y * columns + x]);
     match (across, down) {
-        (Some(a), Some(b)) => 0.5 * (a + b),
-        (a, b) => a.or(b).unwrap_or(0.0),
+        (Some(a), Some(b)) => std::array::from_fn(|lane| 0.5 * (a[lane] + b[lane])),
+        (a, b) => a.or(b).unwrap_or([0.0; N]),
     }
 }
 
 /// The mean square deviation of values from the line through their neighbours, so that a linear gradient does
 /// not count. With only two values, the deviation from each other.
 #[inline(always)]
-fn along(lines: usize, length: usize, at: impl Fn(usize, usize) -> f32) -> Option<f32> {
-    let mut total = 0.0;
-    match length {
-        0 | 1 => None,
+fn along<'a, const N: usize>(
+    lines: usize,
+    length: usize,
+    at: impl Fn(usize, usize) -> &'a [f32; N],
+) -> Option<[f32; N]> {
+    let mut total = [0.0; N];
+    let divisor = match length {
+        0 | 1 => return None,
         2 => {
-            (0..lines).for_each(|line| total += square(at(line, 1) - at(line, 0)));
-            Some(0.5 * total / lines as f32)
+            for line in 0..lines {
+                let (a, b) = (at(line, 0), at(line, 1));
+                for lane in 0..N {
+                    let apart = b[lane] - a[lane];
+                    total[lane] += apart * apart;
+                }
+            }
+            2.0 * lines as f32
         }
         _ => {
             for line in 0..lines {
-                let (mut a, mut b) = (at(line, 0), at(line, 1));
                 for i in 2..length {
-                    let c = at(line, i);
-                    total += square(a - 2.0 * b + c);
-                    (a, b) = (b, c);
+                    let (a, b, c) = (at(line, i - 2), at(line, i - 1), at(line, i));
+                    for lane in 0..N {
+                        let apart = a[lane] - 2.0 * b[lane] + c[lane];
+                        total[lane] += apart * apart;
+                    }
                 }
             }
             // Independent values of variance s give 6 s.
-            Some(total / (6 * lines * (length - 2)) as f32)
+            (6 * lines * (length - 2)) as f32
         }
-    }
-}
-
-fn square(x: f32) -> f32 {
-    x * x
+    };
+    Some(total.map(|total| total / divisor))
 }
 
 #[cfg(test)]
@@ -195,10 +239,11 @@ mod tests {
     use super::*;
 
     fn with_variance(words: &[u32], pattern: &Pattern, pixel: u32) -> Block {
-        let found = block(words, Kind::Float, &[]);
         let shown = Shown::new(pattern, &(0..words.len() as u32)).expect("a power of two");
-        let order = shown.order(pixel);
-        Block { variance: variance(&found, (words, Kind::Float, &[]), (&shown, order)), ..found }
+        let samples = Samples { words, signs: &[], each: words.len(), kind: Kind::Float };
+        let mut found = [Block::default()];
+        blocks(samples, Some((&shown, &[shown.order(pixel)])), &mut found);
+        found[0]
     }
 
     /// Root mean square of the true and the estimated errors over many pixels.

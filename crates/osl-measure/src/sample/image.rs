@@ -2,7 +2,7 @@
 //!
 //! This module must not know how many samples a pixel should get.
 
-use super::error::{Block, Shown, block, variance};
+use super::error::{self, Block, Samples, Shown, block};
 use super::filter::Filter;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
@@ -14,6 +14,8 @@ use std::ops::Range;
 
 /// Points held in memory at a time, unless one pixel has more.
 pub(super) const TOGETHER: usize = 1 << 19;
+/// Pixels that a thread sums up at a time.
+const PIECE: usize = 256;
 
 /// A program with everything needed to run it at any position of an image.
 #[derive(Clone)]
@@ -285,20 +287,25 @@ impl<'a> Shading<'a> {
             pixels.iter().map(|pixel| shown.order(number(pixel))).collect()
         });
         for (plane, blocks) in planes.iter().zip(&mut batch.blocks) {
-            let one = |(at, words): (usize, &[u32])| {
-                let signs = signs.get(at * each..).unwrap_or(&[]);
-                let mut block = block(words, plane.kind, signs);
-                if let (Some(shown), Some(order)) = (&shown, orders.get(at)) {
-                    block.variance = variance(&block, (words, plane.kind, signs), (shown, order));
-                }
-                block
+            let before = blocks.len();
+            blocks.resize(before + pixels.len(), Block::default());
+            let new = blocks.get_mut(before..).unwrap_or(&mut []);
+            let some = |(number, to): (usize, &mut [Block])| {
+                let first = number * PIECE;
+                let orders = orders.get(first..(first + to.len()).min(orders.len())).unwrap_or(&[]);
+                let range = first * each..(first + to.len()) * each;
+                let samples = Samples {
+                    words: plane.words.get(range.clone()).unwrap_or(&[]),
+                    signs: signs.get(range).unwrap_or(&[]),
+                    each,
+                    kind: plane.kind,
+                };
+                error::blocks(samples, shown.as_ref().map(|shown| (shown, orders)), to);
             };
-            let many = pixels.len() * each > 1 << 14;
-            if many {
-                let found = plane.words.par_chunks(each).with_min_len(256).enumerate().map(one);
-                blocks.par_extend(found);
+            if pixels.len() * each > 1 << 14 {
+                new.par_chunks_mut(PIECE).enumerate().for_each(some);
             } else {
-                blocks.extend(plane.words.chunks(each).enumerate().map(one));
+                new.chunks_mut(PIECE).enumerate().for_each(some);
             }
         }
         Ok(())
