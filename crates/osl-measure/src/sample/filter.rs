@@ -73,6 +73,31 @@ impl FilterKind {
     }
 }
 
+/// Something that is done with the offsets of samples. The function is inlined into it, so that a box costs no
+/// more than its product.
+pub(super) trait WithOffset {
+    /// What it returns.
+    type Result;
+
+    /// Does it, given the function from the coordinate of a sample to its offset.
+    fn with(self, offset: impl Fn(f32) -> f32) -> Self::Result;
+}
+
+/// The arguments of [`Filter::offsets`].
+struct Offsets<'s, F, T> {
+    samples: &'s [[f32; 2]],
+    of: F,
+    to: &'s mut Vec<T>,
+}
+
+impl<F: Fn([f32; 2]) -> T, T> WithOffset for Offsets<'_, F, T> {
+    type Result = ();
+
+    fn with(self, offset: impl Fn(f32) -> f32) {
+        self.to.extend(self.samples.iter().map(|[x, y]| (self.of)([offset(*x), offset(*y)])));
+    }
+}
+
 /// Steps of the table that maps uniform numbers to the filter's distribution.
 const STEPS: usize = 1024;
 
@@ -121,16 +146,22 @@ impl Filter {
         self.width
     }
 
-    /// Appends what `of` makes of the offset of each of some samples from the pixel's centre. **Units:**
-    /// pixels.
-    pub(super) fn offsets<T>(&self, samples: &[[f32; 2]], of: impl Fn([f32; 2]) -> T, to: &mut Vec<T>) {
+    /// Calls something with a function from the coordinate of a sample to its offset from the pixel's centre.
+    /// **Units:** pixels.
+    pub(super) fn with_offset<W: WithOffset>(&self, to: W) -> W::Result {
         if self.ends.is_empty() {
             // The same as below, without a question for each sample.
             let width = self.width;
-            to.extend(samples.iter().map(|[x, y]| of([(x - 0.5) * width, (y - 0.5) * width])));
+            to.with(|s| (s - 0.5) * width)
         } else {
-            to.extend(samples.iter().map(|own| of(own.map(|s| self.place(s).0))));
+            to.with(|s| self.place(s).0)
         }
+    }
+
+    /// Appends what `of` makes of the offset of each of some samples from the pixel's centre. **Units:**
+    /// pixels.
+    pub(super) fn offsets<T>(&self, samples: &[[f32; 2]], of: impl Fn([f32; 2]) -> T, to: &mut Vec<T>) {
+        self.with_offset(Offsets { samples, of, to });
     }
 
     /// The quantile `s` of the filter's weight along one axis, as an offset from the pixel's centre in

@@ -39,5 +39,5 @@ pub use points::SamplePoints;
 pub use prefilter::{Filtered, filtered};
 pub use rate::{Rate, at_rate};
 pub use seen::{Enough, SeenImage, SeenWork, Sight};
-pub use surface::{PixelPosition, Surface};
+pub use surface::{Line, PixelPosition, Positions, Surface};
 pub use within::{Timed, within};

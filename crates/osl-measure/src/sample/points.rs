@@ -1,8 +1,8 @@
 //! Samples of chosen pixels, or chosen places between pixels, as a source of shading points.
 
-use super::filter::Filter;
+use super::filter::{Filter, WithOffset};
 use super::pattern::Pattern;
-use super::surface::{PixelPosition, Row, Surface};
+use super::surface::{Line, PixelPosition, Positions, Row, Surface};
 use osl_exec::{Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
@@ -48,39 +48,78 @@ impl<'a> SamplePoints<'a> {
         self.samples.as_ref().map_or(1, |s| s.len().max(1))
     }
 
-    fn places(&self, first: usize, count: usize) -> Vec<PixelPosition> {
+    /// Goes through some samples pixel by pixel: `of` gets a pixel, its samples in the pattern, and how many
+    /// more lie at its centre.
+    fn by_pixel(&self, first: usize, count: usize, mut of: impl FnMut([u32; 2], &[[f32; 2]], usize)) {
         let each = self.each();
-        let count = count.min(self.count().saturating_sub(first));
-        let mut places = Vec::with_capacity(count);
+        let mut count = count.min(Positions::count(self).saturating_sub(first));
         let (mut at, mut sample) = (first / each, first % each);
         let mut row = Row::default();
-        while places.len() < count {
+        while count > 0 {
             let Some(pixel) = self.pixels.get(at).copied() else { break };
-            let left = (each - sample).min(count - places.len());
-            let pixel_at = row.of(pixel, self.width);
-            match &self.samples {
-                None => places.push(PixelPosition::centre(pixel_at)),
-                Some(range) => {
-                    // A crop has the samples of the whole image.
-                    let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
-                    let from = range.start as usize + sample;
-                    let own = own.get(from.min(own.len())..(from + left).min(own.len())).unwrap_or(&[]);
-                    self.filter.offsets(own, |offset| PixelPosition { pixel: pixel_at, offset }, &mut places);
-                    let missing = left - own.len();
-                    if missing > 0 {
-                        places.extend(std::iter::repeat_n(PixelPosition::centre(pixel_at), missing));
-                    }
-                }
-            }
-            (at, sample) = (at + 1, 0);
+            let left = (each - sample).min(count);
+            let own = self.samples.as_ref().map_or(&[][..], |range| {
+                // A crop has the samples of the whole image.
+                let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
+                let from = range.start as usize + sample;
+                own.get(from.min(own.len())..(from + left).min(own.len())).unwrap_or(&[])
+            });
+            of(row.of(pixel, self.width), own, left - own.len());
+            (at, sample, count) = (at + 1, 0, count - left);
         }
+    }
+}
+
+impl Positions for SamplePoints<'_> {
+    fn count(&self) -> usize {
+        self.pixels.len() * self.each()
+    }
+
+    fn some(&self, first: usize, count: usize) -> Vec<PixelPosition> {
+        let mut places = Vec::with_capacity(count);
+        self.by_pixel(first, count, |pixel, own, at_centre| {
+            self.filter.offsets(own, |offset| PixelPosition { pixel, offset }, &mut places);
+            places.extend(std::iter::repeat_n(PixelPosition::centre(pixel), at_centre));
+        });
         places
+    }
+
+    fn along(&self, line: &Line, first: usize, lanes: &mut [f32]) -> bool {
+        self.filter.with_offset(Along { samples: self, line, first, lanes })
+    }
+}
+
+/// The arguments of [`Positions::along`].
+struct Along<'s, 'a> {
+    samples: &'s SamplePoints<'a>,
+    line: &'s Line,
+    first: usize,
+    lanes: &'s mut [f32],
+}
+
+impl WithOffset for Along<'_, '_> {
+    type Result = bool;
+
+    fn with(self, offset: impl Fn(f32) -> f32) -> bool {
+        let Along { samples, line, first, lanes } = self;
+        let (count, mut lanes) = (lanes.len(), lanes.iter_mut());
+        let (mut is_between, axis) = (true, line.axis());
+        samples.by_pixel(first, count, |pixel, own, at_centre| {
+            is_between &= at_centre == 0;
+            // The samples come first: a lane that is taken for none would be lost.
+            for (sample, x) in own.iter().zip(lanes.by_ref()) {
+                let offset = offset(sample[axis]);
+                is_between &= offset != 0.0;
+                *x = line.at(pixel[axis], offset);
+            }
+        });
+        is_between
     }
 }
 
 impl PointSource for SamplePoints<'_> {
     fn count(&self) -> usize {
-        self.pixels.len() * self.each()
+        Positions::count(self)
     }
 
     fn pixel(&self, position: usize) -> usize {
@@ -101,7 +140,7 @@ impl PointSource for SamplePoints<'_> {
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         if self.samples.is_some() {
-            self.surface.fill_at(global, &self.places(first, width), width, lanes);
+            self.surface.fill_between(global, self, first, width, lanes);
         } else {
             let pixels = self.pixels.get(first..).unwrap_or(&[]);
             let pixels = pixels.get(..width).unwrap_or(pixels);
@@ -114,11 +153,11 @@ impl PointSource for SamplePoints<'_> {
     }
 
     fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
-        self.surface.fill_deriv_at(global, axis, &self.places(first, width), width, lanes);
+        self.surface.fill_deriv_at(global, axis, &self.some(first, width), width, lanes);
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
-        let place = self.places(point, 1).first().copied()?;
+        let place = self.some(point, 1).first().copied()?;
         self.surface.attribute_at(object, name, element, place)
     }
 
@@ -182,5 +221,34 @@ impl PointSource for PlacedPoints<'_> {
 
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
         self.surface.attribute_is_shared(object, name, element)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::filter::FilterKind;
+    use super::*;
+    use osl_scene::Grid;
+
+    #[test]
+    fn samples_lie_where_their_positions_are() {
+        let pattern = Pattern::new(8, 5);
+        let pixels: Vec<u32> = (3..40).step_by(3).collect();
+        for (center, height) in [(false, 4), (true, 4), (false, 1), (true, 1)] {
+            let grid = Grid { center, scale: [3.7, 0.3], ..Grid::new(11, height) };
+            for kind in [FilterKind::Box, FilterKind::Gaussian] {
+                let filter = Filter::new(kind, kind.usual_width());
+                // With more samples than the pattern has, some lie at the centre.
+                for samples in [0..8, 4..8, 6..10] {
+                    let points = SamplePoints::new(&grid, &pixels, samples, (&pattern, &filter));
+                    for (global, first) in [(Global::U, 0), (Global::V, 5), (Global::P, 7)] {
+                        let (mut found, mut expected) = (vec![0.0; 3 * 16], vec![0.0; 3 * 16]);
+                        points.fill(global, first, 16, &mut found);
+                        grid.fill_at(global, &points.some(first, 16), 16, &mut expected);
+                        assert_eq!(found, expected, "{center} {height} {kind:?} {global:?}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -39,6 +39,54 @@ impl Row {
     }
 }
 
+/// Positions in an image that are computed when they are needed.
+pub trait Positions {
+    /// How many there are.
+    fn count(&self) -> usize;
+
+    /// At most `count` of them from one on.
+    fn some(&self, first: usize, count: usize) -> Vec<PixelPosition>;
+
+    /// Writes the coordinates of the positions from one on, one in each lane. Returns false if one of them
+    /// lies at the centre of a pixel along this axis: there, the grid's own points have bits of their own.
+    fn along(&self, line: &Line, first: usize, lanes: &mut [f32]) -> bool;
+}
+
+/// How u or v of a grid follows from a position between pixel centres along its axis. It has no cases, because
+/// it is computed for every sample of an image.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    axis: usize,
+    /// The position of the first point, and how many points make up the unit.
+    shift: f64,
+    unit: f64,
+    scale: f64,
+    added: f64,
+}
+
+impl Line {
+    fn of(grid: &Grid, axis: usize) -> Line {
+        let (shift, unit) = match (grid.center, [grid.width, grid.height][axis]) {
+            (true, n) => (0.5, n.max(1)),
+            (false, 1) => (0.5, 1),
+            (false, n) => (0.0, n.max(2) - 1),
+        };
+        let [scale, added] = [grid.scale[axis], grid.offset[axis]].map(f64::from);
+        Line { axis, shift, unit: unit as f64, scale, added }
+    }
+
+    /// 0 for u, 1 for v.
+    pub fn axis(&self) -> usize {
+        self.axis
+    }
+
+    /// The coordinate at an offset from the centre of a pixel. **Units:** pixels.
+    pub fn at(&self, pixel: u32, offset: f32) -> f32 {
+        let here = f64::from(pixel) + f64::from(offset) + self.shift;
+        (self.scale * (here / self.unit) + self.added) as f32
+    }
+}
+
 /// A source whose points are the pixel centres of an image and which also has points between them. Its
 /// derivatives are those of the pixel, wherever in the pixel a point lies.
 pub trait Surface: PointSource {
@@ -55,6 +103,18 @@ pub trait Surface: PointSource {
         let places: Vec<PixelPosition> =
             pixels.iter().map(|pixel| PixelPosition::centre(row.of(*pixel, columns))).collect();
         self.fill_at(global, &places, width, lanes);
+    }
+
+    /// Writes a varying global for `width` positions from `first` on, in the layout of [`PointSource::fill`].
+    fn fill_between(
+        &self,
+        global: Global,
+        places: &dyn Positions,
+        first: usize,
+        width: usize,
+        lanes: &mut [f32],
+    ) {
+        self.fill_at(global, &places.some(first, width), width, lanes);
     }
 
     /// Writes a derivative of a varying global for some positions in the layout of [`PointSource::fill`].
@@ -93,23 +153,11 @@ fn coordinate(grid: &Grid, axis: usize, place: &PixelPosition) -> f32 {
 
 /// u or v at some positions.
 fn coordinates(grid: &Grid, axis: usize, places: &[PixelPosition], lanes: &mut [f32]) {
-    let n = [grid.width, grid.height][axis];
-    let (scale, added) = (f64::from(grid.scale[axis]), f64::from(grid.offset[axis]));
-    let here = |place: &PixelPosition| f64::from(place.pixel[axis]) + f64::from(place.offset[axis]);
+    let line = Line::of(grid, axis);
     let all = lanes.iter_mut().zip(places);
-    // The loops have no questions inside, because they run for every sample of an image.
-    match (grid.center, n) {
-        (true, _) => all.for_each(|(x, place)| {
-            *x = (scale * ((here(place) + 0.5) / n.max(1) as f64) + added) as f32;
-        }),
-        (false, 1) => {
-            all.for_each(|(x, place)| *x = (scale * (0.5 + f64::from(place.offset[axis])) + added) as f32);
-        }
-        (false, _) => {
-            all.for_each(|(x, place)| *x = (scale * (here(place) / (n - 1) as f64) + added) as f32);
-        }
-    }
+    all.for_each(|(x, place)| *x = line.at(place.pixel[axis], place.offset[axis]));
     let centres = lanes.iter_mut().zip(places).filter(|(_, place)| place.offset[axis] == 0.0);
+    let n = [grid.width, grid.height][axis];
     centres.for_each(|(x, place)| *x = grid.coordinate(axis, place.pixel[axis] as usize, n));
 }
 
@@ -119,7 +167,7 @@ fn fill(
     global: Global,
     (places, width): (usize, usize),
     lanes: &mut [f32],
-    along: impl Fn(usize, &mut [f32]),
+    mut along: impl FnMut(usize, &mut [f32]),
 ) {
     for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
         let axis = match (global, component) {
@@ -157,6 +205,24 @@ impl Surface for Grid {
                 *x = self.coordinate(axis, row.of(*pixel, columns)[axis] as usize, n);
             }
         });
+    }
+
+    fn fill_between(
+        &self,
+        global: Global,
+        places: &dyn Positions,
+        first: usize,
+        width: usize,
+        lanes: &mut [f32],
+    ) {
+        let count = places.count().saturating_sub(first).min(width);
+        let mut is_between = true;
+        fill(global, (count, width), lanes, |axis, lanes| {
+            is_between &= places.along(&Line::of(self, axis), first, lanes);
+        });
+        if !is_between {
+            self.fill_at(global, &places.some(first, width), width, lanes);
+        }
     }
 
     fn attribute_at(
@@ -218,6 +284,17 @@ impl<S: Surface> Surface for WithData<S> {
 
     fn fill_centres(&self, global: Global, pixels: &[u32], width: usize, lanes: &mut [f32]) {
         self.points.fill_centres(global, pixels, width, lanes);
+    }
+
+    fn fill_between(
+        &self,
+        global: Global,
+        places: &dyn Positions,
+        first: usize,
+        width: usize,
+        lanes: &mut [f32],
+    ) {
+        self.points.fill_between(global, places, first, width, lanes);
     }
 
     fn fill_deriv_at(
