@@ -44,13 +44,18 @@ pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
     Assembled { instructions, bytes, slots }
 }
 
-/// How many vectors and masks the order of operations may keep at a time. The other registers are for operands
-/// from memory and for temporary values.
+/// Vectors that the order of operations keeps at a time, also where there are fewer registers: moving some to
+/// memory and back takes less time than waiting for results.
+const KEPT: i32 = 26;
+
+/// How many vectors and masks the order of operations may keep at a time. The other registers are for
+/// operands from memory and for temporary values.
 fn limits<E: Encoder>() -> Limits {
     let count = |mask| registers::<E>(mask).len() as i32;
+    let vectors = KEPT.max(count(false) - 3);
     match E::MASKS {
-        Masks::Vectors => [count(false) - 3, 0],
-        Masks::Registers(..) => [count(false) - 3, count(true) - 1],
+        Masks::Vectors => [vectors, 0],
+        Masks::Registers(..) => [vectors, count(true) - 1],
     }
 }
 

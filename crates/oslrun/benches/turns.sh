@@ -53,6 +53,7 @@ textures 256 $lib/textures.osl -p image=$image
 derivatives 2048 $lib/derivatives.osl
 strings 768 $lib/strings.osl
 loops 256 $lib/loops.osl
+loops,short 512 $lib/loops.osl -p rounds=100
 pattern 1024 $lib/pattern.osl
 ramps 1024 $lib/ramps.osl
 LIST

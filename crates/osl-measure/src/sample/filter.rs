@@ -73,8 +73,8 @@ impl FilterKind {
     }
 }
 
-/// Something that is done with the offsets of samples. The function is inlined into it, so that a box costs no
-/// more than its product.
+/// Something that is done with the offsets of samples. The function is inlined into it, so that a box costs
+/// no more than its product.
 pub(super) trait WithOffset {
     /// What it returns.
     type Result;

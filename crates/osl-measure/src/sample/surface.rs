@@ -52,8 +52,8 @@ pub trait Positions {
     fn along(&self, line: &Line, first: usize, lanes: &mut [f32]) -> bool;
 }
 
-/// How u or v of a grid follows from a position between pixel centres along its axis. It has no cases, because
-/// it is computed for every sample of an image.
+/// How u or v of a grid follows from a position between pixel centres along its axis. It has no cases,
+/// because it is computed for every sample of an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
     axis: usize,

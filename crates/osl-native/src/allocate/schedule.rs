@@ -3,9 +3,9 @@
 //! A processor looks only some hundred instructions ahead for one that it can start. So operations get the
 //! order in which a processor that looks further would take them up: where an operation would have to wait
 //! for an operand, a later one comes first (list scheduling, Cooper and Torczon, Engineering a Compiler,
-//! chapter 12). Values that are made early keep their registers for longer, so an operation comes forward
-//! only while registers are left. Each operation stays between the same two jumps, and accesses of the same
-//! place in memory stay in order. This module must not know registers or instructions.
+//! chapter 12). Values that are made early are kept for longer, so an operation comes forward only while few
+//! values are. Each operation stays between the same two jumps, and accesses of the same place in memory stay
+//! in order. This module must not know registers or instructions.
 
 use super::region::Lists;
 use crate::block::Block;
@@ -178,7 +178,7 @@ impl<'a> Scheduler<'a> {
         best
     }
 
-    /// Whether a register is left for the result.
+    /// Whether the result is not one value too many.
     fn fits(&self, at: u32, inst: &Inst) -> bool {
         let mut grows = [0; 2];
         if self.left[at as usize] > 0 {
