@@ -209,10 +209,17 @@ impl Block {
         MaskValue(self.pure(Op::Class { nan, infinite }, &[a.0]))
     }
 
-    /// Logical and. Two tests of the same floats become one, if there is such a test.
+    /// Logical and. Two tests of the same floats become one, if there is such a test. Of three masks, the one
+    /// that is known last comes last.
     pub fn both(&mut self, a: MaskValue, b: MaskValue) -> MaskValue {
-        let simpler = simplify::both(&self.insts, a, b);
-        MaskValue(self.merged(simpler.unwrap_or_else(|| Inst::new(Op::MaskAnd, &[a.0, b.0]))))
+        if let Some(simpler) = simplify::both(&self.insts, a, b) {
+            return MaskValue(self.merged(simpler));
+        }
+        if let Some([early, other, late]) = simplify::late_last(&self.insts, a, b) {
+            let early = self.both(early, other);
+            return MaskValue(self.merged(Inst::new(Op::MaskAnd, &[early.0, late.0])));
+        }
+        MaskValue(self.merged(Inst::new(Op::MaskAnd, &[a.0, b.0])))
     }
 
     /// Logical or.

@@ -72,6 +72,16 @@ pub(crate) fn both(insts: &[Inst], a: MaskValue, b: MaskValue) -> Option<Inst> {
     }
 }
 
+/// Three masks whose conjunction is that of `a` and `b`, which itself is one of two masks, if one of these two
+/// is known last: that comes last here too, so that only one operation waits for it.
+pub(crate) fn late_last(insts: &[Inst], a: MaskValue, b: MaskValue) -> Option<[MaskValue; 3]> {
+    let (a, b) = if a.0 < b.0 { (a, b) } else { (b, a) };
+    let Inst { op: Op::MaskAnd, .. } = made_by(insts, b)? else { return None };
+    let &[x, y] = made_by(insts, b)?.args() else { return None };
+    let (early, late) = (x.min(y), x.max(y));
+    (a.0 < late && early < late).then_some([a, MaskValue(early), MaskValue(late)])
+}
+
 /// The bits of the inverse of a constant, if a product with it has the bits of the quotient: for a power of
 /// two. Both are the exact result, rounded once.
 pub(crate) fn exact_inverse(insts: &[Inst], divisor: Value) -> Option<u32> {
@@ -159,4 +169,25 @@ pub(crate) fn min(insts: &[Inst], mask: MaskValue, yes: Value, no: Value) -> Opt
 pub(crate) fn opposite(insts: &[Inst], mask: MaskValue) -> Option<MaskValue> {
     let inst = made_by(insts, mask)?;
     (inst.op == Op::MaskNot).then(|| inst.args().first().map(|inner| MaskValue(*inner)))?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block::Block;
+
+    #[test]
+    fn of_three_masks_the_last_one_comes_last() {
+        let mut block = Block::new();
+        let array = block.array();
+        let [x, y, z] = [0, 16, 32].map(|word| block.lanes(array, word));
+        let active = block.not_zero(x);
+        let (near, below) = (block.compare(Compare::Less, x, y), block.compare(Compare::Less, y, z));
+        let inner = block.both(near, below);
+        let all = block.both(active, inner);
+        let early = made_by(&block.insts, all).and_then(|inst| inst.args().first().copied());
+        let early = early.and_then(|v| made_by(&block.insts, MaskValue(v)));
+        assert_eq!(made_by(&block.insts, all).map(|inst| inst.args()[1]), Some(below.0));
+        assert_eq!(early, Some(Inst::new(Op::MaskAnd, &[active.0, near.0])));
+    }
 }
