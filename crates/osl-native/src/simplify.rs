@@ -72,8 +72,8 @@ pub(crate) fn both(insts: &[Inst], a: MaskValue, b: MaskValue) -> Option<Inst> {
     }
 }
 
-/// Three masks whose conjunction is that of `a` and `b`, which itself is one of two masks, if one of these two
-/// is known last: that comes last here too, so that only one operation waits for it.
+/// Three masks whose conjunction is that of `a` and `b`, if one of these is itself a conjunction and has the
+/// mask that is known last. That comes last here too, so that only one operation waits for it.
 pub(crate) fn late_last(insts: &[Inst], a: MaskValue, b: MaskValue) -> Option<[MaskValue; 3]> {
     let (a, b) = if a.0 < b.0 { (a, b) } else { (b, a) };
     let Inst { op: Op::MaskAnd, .. } = made_by(insts, b)? else { return None };
