@@ -34,12 +34,11 @@ pub struct Assembled {
 /// Writes the code of a block.
 pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
     let counting = if E::MASKS == Masks::Vectors { block.with_counts() } else { None };
-    let block = counting.as_ref().unwrap_or(block);
-    let mut ordered = block.clone();
-    ordered.hoist();
-    ordered.reorder(&schedule::order(&ordered, limits::<E>()));
-    let block = &ordered;
-    let (code, slots) = allocate::<E>(block);
+    let mut block = counting.unwrap_or_else(|| block.clone());
+    block.hoist();
+    let order = schedule::order(&block, limits::<E>());
+    block.reorder(&order);
+    let (code, slots) = allocate::<E>(&block);
     let (bytes, instructions) = code.finish(block.vectors());
     Assembled { instructions, bytes, slots }
 }

@@ -212,14 +212,19 @@ impl Block {
     /// Logical and. Two tests of the same floats become one, if there is such a test. Of three masks, the one
     /// that is known last comes last.
     pub fn both(&mut self, a: MaskValue, b: MaskValue) -> MaskValue {
-        if let Some(simpler) = simplify::both(&self.insts, a, b) {
-            return MaskValue(self.merged(simpler));
+        // One step only: the masks of a long condition are not put in order one by one.
+        match simplify::late_last(&self.insts, a, b) {
+            Some([early, other, late]) => {
+                let early = self.conjunction(early, other);
+                self.conjunction(early, late)
+            }
+            None => self.conjunction(a, b),
         }
-        if let Some([early, other, late]) = simplify::late_last(&self.insts, a, b) {
-            let early = self.both(early, other);
-            return MaskValue(self.merged(Inst::new(Op::MaskAnd, &[early.0, late.0])));
-        }
-        MaskValue(self.merged(Inst::new(Op::MaskAnd, &[a.0, b.0])))
+    }
+
+    fn conjunction(&mut self, a: MaskValue, b: MaskValue) -> MaskValue {
+        let simpler = simplify::both(&self.insts, a, b);
+        MaskValue(self.merged(simpler.unwrap_or_else(|| Inst::new(Op::MaskAnd, &[a.0, b.0]))))
     }
 
     /// Logical or.

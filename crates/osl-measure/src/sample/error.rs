@@ -115,7 +115,7 @@ pub(super) struct Samples<'a> {
 
 impl<'a> Samples<'a> {
     /// Those of so many pixels from one on.
-    fn some(&self, first: usize, pixels: usize) -> Samples<'a> {
+    pub(super) fn some(&self, first: usize, pixels: usize) -> Samples<'a> {
         let range = first * self.each..(first + pixels) * self.each;
         Samples {
             words: self.words.get(range.clone()).unwrap_or(&[]),
@@ -164,6 +164,7 @@ fn in_step<const N: usize>(
         let words = words.get(own.clone()).unwrap_or(&[]);
         let cells = cells.iter_mut().map(|cell| &mut cell[pixel]).zip(*order);
         match (kind, signs.get(own)) {
+            // The usual case, without a question for each sample.
             (Kind::Float, None) => {
                 cells.for_each(|(cell, i)| {
                     *cell = words.get(*i as usize).map_or(0.0, |word| f32::from_bits(*word));

@@ -290,17 +290,12 @@ impl<'a> Shading<'a> {
             let before = blocks.len();
             blocks.resize(before + pixels.len(), Block::default());
             let new = blocks.get_mut(before..).unwrap_or(&mut []);
+            let samples = Samples { words: &plane.words, signs: &signs, each, kind: plane.kind };
             let some = |(number, to): (usize, &mut [Block])| {
                 let first = number * PIECE;
                 let orders = orders.get(first..(first + to.len()).min(orders.len())).unwrap_or(&[]);
-                let range = first * each..(first + to.len()) * each;
-                let samples = Samples {
-                    words: plane.words.get(range.clone()).unwrap_or(&[]),
-                    signs: signs.get(range).unwrap_or(&[]),
-                    each,
-                    kind: plane.kind,
-                };
-                error::blocks(samples, shown.as_ref().map(|shown| (shown, orders)), to);
+                let shown = shown.as_ref().map(|shown| (shown, orders));
+                error::blocks(samples.some(first, to.len()), shown, to);
             };
             if pixels.len() * each > 1 << 14 {
                 new.par_chunks_mut(PIECE).enumerate().for_each(some);

@@ -140,7 +140,7 @@ impl PointSource for SamplePoints<'_> {
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         if self.samples.is_some() {
-            self.surface.fill_between(global, self, first, width, lanes);
+            self.surface.fill_between(global, self, first..first + width, lanes);
         } else {
             let pixels = self.pixels.get(first..).unwrap_or(&[]);
             let pixels = pixels.get(..width).unwrap_or(pixels);

@@ -4,6 +4,7 @@ use osl_exec::{Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use osl_scene::{Crop, Grid, WithData};
+use std::ops::Range;
 
 /// A position in an image: a pixel and an offset from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,16 +106,10 @@ pub trait Surface: PointSource {
         self.fill_at(global, &places, width, lanes);
     }
 
-    /// Writes a varying global for `width` positions from `first` on, in the layout of [`PointSource::fill`].
-    fn fill_between(
-        &self,
-        global: Global,
-        places: &dyn Positions,
-        first: usize,
-        width: usize,
-        lanes: &mut [f32],
-    ) {
-        self.fill_at(global, &places.some(first, width), width, lanes);
+    /// Writes a varying global for a range of positions in the layout of [`PointSource::fill`]. The range is
+    /// as wide as a batch, and may end behind the last position.
+    fn fill_between(&self, global: Global, places: &dyn Positions, range: Range<usize>, lanes: &mut [f32]) {
+        self.fill_at(global, &places.some(range.start, range.len()), range.len(), lanes);
     }
 
     /// Writes a derivative of a varying global for some positions in the layout of [`PointSource::fill`].
@@ -207,21 +202,14 @@ impl Surface for Grid {
         });
     }
 
-    fn fill_between(
-        &self,
-        global: Global,
-        places: &dyn Positions,
-        first: usize,
-        width: usize,
-        lanes: &mut [f32],
-    ) {
-        let count = places.count().saturating_sub(first).min(width);
+    fn fill_between(&self, global: Global, places: &dyn Positions, range: Range<usize>, lanes: &mut [f32]) {
+        let count = places.count().saturating_sub(range.start).min(range.len());
         let mut is_between = true;
-        fill(global, (count, width), lanes, |axis, lanes| {
-            is_between &= places.along(&Line::of(self, axis), first, lanes);
+        fill(global, (count, range.len()), lanes, |axis, lanes| {
+            is_between &= places.along(&Line::of(self, axis), range.start, lanes);
         });
         if !is_between {
-            self.fill_at(global, &places.some(first, width), width, lanes);
+            self.fill_at(global, &places.some(range.start, range.len()), range.len(), lanes);
         }
     }
 
@@ -286,15 +274,8 @@ impl<S: Surface> Surface for WithData<S> {
         self.points.fill_centres(global, pixels, width, lanes);
     }
 
-    fn fill_between(
-        &self,
-        global: Global,
-        places: &dyn Positions,
-        first: usize,
-        width: usize,
-        lanes: &mut [f32],
-    ) {
-        self.points.fill_between(global, places, first, width, lanes);
+    fn fill_between(&self, global: Global, places: &dyn Positions, range: Range<usize>, lanes: &mut [f32]) {
+        self.points.fill_between(global, places, range, lanes);
     }
 
     fn fill_deriv_at(
