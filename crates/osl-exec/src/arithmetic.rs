@@ -142,7 +142,7 @@ pub(crate) fn one<A: ArithmeticImpl>(isa: Isa, op: LaneOp, arg: &[A::Word], out:
         words: (arg.len() / n.max(1)) as u8,
         apart: if parts > 1 { n as u32 } else { 0 },
     };
-    let step = ReadyLane { op, parts, through: 1, count: 1, out: (0, 0), args: [arg; MAX_ARGS] };
+    let step = ReadyLane { op, parts, flat: false, count: 1, out: (0, 0), args: [arg; MAX_ARGS] };
     let run = LaneRun {
         isa,
         steps: &[Ready::Lane(step)],

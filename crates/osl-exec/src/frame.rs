@@ -2,6 +2,7 @@
 //!
 //! This module must not know how the points are run, see [`Run`](crate::Run).
 
+mod spare;
 mod words;
 
 use crate::machine::Component;

@@ -76,9 +76,9 @@ pub(crate) struct ReadyLane {
     pub(crate) op: LaneOp,
     /// Number of executions: one, or one for each component of a triple.
     pub(crate) parts: u8,
-    /// Number of components that one part processes as if they were lanes: 1 unless a piece contains all
-    /// lanes.
-    pub(crate) through: u8,
+    /// Whether the components of each argument follow each other, or it is a single word: then one execution
+    /// on all lanes of the batch can process the components as if they were lanes.
+    pub(crate) flat: bool,
     pub(crate) count: u8,
     /// The register of its result, and the first word.
     pub(crate) out: (u32, u32),
@@ -191,7 +191,9 @@ impl<W: Word> LaneRun<'_, W> {
                 for ((slot, apart), arg) in args.iter_mut().zip(&mut apart).zip(list) {
                     (*slot, *apart) = (files.find(arg.from, start), arg.apart as usize);
                 }
-                let (parts, n) = (usize::from(step.parts), lanes * usize::from(step.through));
+                let parts = usize::from(step.parts);
+                let (parts, n) =
+                    if step.flat && lanes == width { (1, lanes * parts) } else { (parts, lanes) };
                 // Without a loop for single arguments, and where all are single, they are broadcast.
                 let is_single = |arg: &Arg<'_, W>| matches!(arg, Arg::Same(_));
                 if !FORMS[step.op as usize] || args[..list.len()].iter().all(is_single) {

@@ -146,7 +146,7 @@ impl Program {
             layers: body.layers.clone(),
             groups: per_cell::groups(body),
             regions,
-            native: Arc::default(),
+            native: Arc::new(Plans::new(regions)),
             inputs: body.inputs.clone(),
             input_words: inputs,
             assumptions: body.assumptions.clone(),

@@ -118,7 +118,7 @@ impl<'a> Run<'a> {
             ty: Type::INT,
             component: 0,
             kind: Kind::Int,
-            words: Words::zeros(count),
+            words: Words::any(count),
             wide: Vec::new(),
         })
     }
@@ -274,7 +274,9 @@ impl<'a> Run<'a> {
             None => order::areas(points, size),
         };
         let largest = areas.iter().map(|area| area.points.len()).max().unwrap_or(1);
-        (threads.clamp(1, areas.len().max(1)), batch.min(largest), areas)
+        // Few widths, so that runs share their machine code.
+        let width = batch.min(largest.next_power_of_two());
+        (threads.clamp(1, areas.len().max(1)), width, areas)
     }
 
     /// The outputs of the program for this many points, if they fit in memory.
@@ -461,7 +463,7 @@ fn plane(plan: &OutputPlan, element: usize, component: usize, count: usize) -> P
         ty: plan.ty.element(),
         component,
         kind: plan.kind,
-        words: Words::zeros(count),
+        words: Words::any(count),
         wide: Vec::new(),
     }
 }

@@ -4,6 +4,7 @@
 //! more than shading its points, if the shader is simple. It does so for one thread at a time. A large page
 //! takes hardly longer. This module must not know what the words mean.
 
+use super::spare;
 use memmap2::MmapMut;
 use std::ops::{Deref, DerefMut};
 
@@ -15,10 +16,21 @@ const LEAST: usize = 1 << 20;
 /// Words, one for each point. They behave as a slice.
 pub struct Words(Memory);
 
-enum Memory {
+/// Where words are.
+pub(super) enum Memory {
     Own(Vec<u32>),
     /// Pages, and the number of words that count.
     Pages(MmapMut, usize),
+}
+
+impl Memory {
+    /// Bytes that it has room for.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Memory::Own(own) => own.capacity() * size_of::<u32>(),
+            Memory::Pages(pages, _) => pages.len(),
+        }
+    }
 }
 
 impl Words {
@@ -28,6 +40,19 @@ impl Words {
         let bytes = count.saturating_mul(size_of::<u32>());
         let pages = if bytes >= LEAST { pages(bytes) } else { None };
         Words(pages.map_or_else(|| Memory::Own(vec![0; count]), |pages| Memory::Pages(pages, count)))
+    }
+
+    /// Words with any values, which are going to be overwritten.
+    #[must_use]
+    pub(crate) fn any(count: usize) -> Words {
+        match spare::take(count.saturating_mul(size_of::<u32>())) {
+            Some(Memory::Own(mut own)) => {
+                own.resize(count, 0);
+                Words(Memory::Own(own))
+            }
+            Some(Memory::Pages(pages, _)) => Words(Memory::Pages(pages, count)),
+            None => Words::zeros(count),
+        }
     }
 
     /// Makes room for so many words in all, so that they can be appended where they stay.
@@ -110,6 +135,12 @@ impl DerefMut for Words {
                 bytemuck::cast_slice_mut(pages.get_mut(..*count * size_of::<u32>()).unwrap_or_default())
             }
         }
+    }
+}
+
+impl Drop for Words {
+    fn drop(&mut self) {
+        spare::give(std::mem::replace(&mut self.0, Memory::Own(Vec::new())));
     }
 }
 

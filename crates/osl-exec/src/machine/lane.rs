@@ -156,34 +156,49 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         if self.queue.items.is_empty() {
             return;
         }
-        let mut queue = std::mem::take(&mut self.queue);
-        let mut native = self.native.take();
-        let plan = native.as_mut().zip(A::NATIVE).and_then(|(cache, style)| {
-            // A single cell does not fill a vector.
-            let shape = cache.shape(style, self.width)?;
+        if !self.run_planned() {
+            self.note_queue();
+            if !self.run_planned() {
+                self.interpret_queue();
+            }
+        }
+        self.queue.clear();
+    }
+
+    /// Runs the queue as machine code, if it has a plan.
+    fn run_planned(&mut self) -> bool {
+        let Some((native, style)) = self.native.as_mut().zip(A::NATIVE) else { return false };
+        // A single cell does not fill a vector.
+        let Some(shape) = native.shape(style, self.width) else { return false };
+        let Some((plan, scratch)) = native.find(shape, &self.queue.keys) else { return false };
+        let lanes = (&mut self.registers[..], &mut self.arrays[..]);
+        let mut files = Files::new(lanes, self.per_cell.tables(), &self.words, &mut self.broadcasts);
+        plan.run::<A>(self.isa, &mut files, (self.width, self.lanes), scratch);
+        true
+    }
+
+    /// Counts that the queue is executed, which may give it a plan.
+    fn note_queue(&mut self) {
+        let Some((mut native, style)) = self.native.take().zip(A::NATIVE) else { return };
+        if let Some(shape) = native.shape(style, self.width) {
             let constant = |at| self.program.constant(at);
             let all = || Sequence {
-                items: queue.items.iter().map(|item| self.waiting(item)).collect(),
+                items: self.queue.items.iter().map(|item| self.waiting(item)).collect(),
                 constant: &constant,
             };
-            cache.plan(&self.program.native, shape, &queue.keys, all)
-        });
+            native.note(&self.program.native, (shape, self.lanes), &self.queue.keys, all);
+        }
+        self.native = Some(native);
+    }
+
+    fn interpret_queue(&mut self) {
         let mut ready = std::mem::take(&mut self.ready);
-        if plan.is_none() {
-            ready.extend(queue.items.iter().map(|item| self.waiting(item).ready));
-        }
-        let (isa, width) = (self.isa, self.width);
-        let (cells, indices) = self.per_cell.tables();
-        let (words, broadcasts) = (&self.words[..], &mut self.broadcasts);
+        ready.extend(self.queue.items.iter().map(|item| self.waiting(item).ready));
         let lanes = (&mut self.registers[..], &mut self.arrays[..]);
-        let mut files = Files::new(lanes, (cells, indices), words, broadcasts);
-        match (plan, &mut native) {
-            (Some(plan), Some(cache)) => plan.run::<A>(isa, &mut files, width, &mut cache.scratch),
-            _ => A::lanes(isa, files.run(isa, &ready, width, 0..width)),
-        }
+        let mut files = Files::new(lanes, self.per_cell.tables(), &self.words, &mut self.broadcasts);
+        A::lanes(self.isa, files.run(self.isa, &ready, self.width, 0..self.lanes));
         ready.clear();
-        queue.clear();
-        (self.ready, self.queue, self.native) = (ready, queue, native);
+        self.ready = ready;
     }
 
     /// A queued item with resolved arguments.
@@ -258,10 +273,8 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     fn ready(&self, step: &LaneStep, out: (u32, u32), width: usize) -> ReadyLane {
         let args = step.args();
         let mut list = [ReadyArg { from: LaneInput::Words(0), words: 0, apart: 0 }; MAX_ARGS];
-        let (mut parts, mut through) = (step.parts, 1);
-        // Components are contiguous: if this holds for all arguments, or they are single words, one part
-        // processes all components.
-        let mut flat = parts > 1 && width <= PIECE;
+        let parts = step.parts;
+        let mut flat = parts > 1;
         for (slot, arg) in list.iter_mut().zip(args) {
             let parted = arg.words > 1 && parts > 1;
             let from = self.from(*arg);
@@ -276,10 +289,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             *slot = ReadyArg { from, words: arg.words as u8, apart };
             flat &= lanes == parted;
         }
-        if flat {
-            (parts, through) = (1, parts);
-        }
-        ReadyLane { op: step.op, parts, through, count: args.len() as u8, out, args: list }
+        ReadyLane { op: step.op, parts, flat, count: args.len() as u8, out, args: list }
     }
 
     fn from(&self, operand: Operand) -> LaneInput {

@@ -50,6 +50,9 @@ use osl_lanes::{Arg, Word};
 use osl_limits::Limits;
 use osl_simd::Isa;
 
+/// Lanes are computed in multiples of this number: pairs of the widest vectors.
+const VECTORS: usize = 32;
+
 /// The registers and working memory of one thread.
 pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     program: &'a Program,
@@ -57,6 +60,8 @@ pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     isa: Isa,
     /// Lanes per batch: a multiple of a cache line.
     width: usize,
+    /// Number of lanes that lane operations compute: those with a point, and some more for whole vectors.
+    lanes: usize,
     registers: Vec<Lanes<A::Word>>,
     per_cell: per_cell::PerCell<'a, A::Word>,
     words: Vec<A::Word>,
@@ -123,6 +128,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             services,
             isa,
             width,
+            lanes: width,
             registers: lane::registers(&program.registers, width),
             per_cell: per_cell::PerCell::new(program, width),
             words: program.words.iter().map(|seed| seed.word::<A>()).collect(),
@@ -184,6 +190,9 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         self.queue.clear();
         self.per_cell.clear();
         (self.first, self.points) = (first, points);
+        // A uniform program computes the results of later batches too.
+        self.lanes =
+            if program.uniform { self.width } else { points.next_multiple_of(VECTORS).min(self.width) };
         self.texts.clear();
         self.closures.clear();
         self.named.clear();

@@ -230,18 +230,18 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             self.spend(steps.weight, mask);
             return self.follow(&steps.list, mask);
         }
-        let (width, room) = (self.width, room(count));
+        let (all, room) = ((self.width, self.lanes), room(count));
         // A profile shows what the steps take.
         let is_present = self.profile.is_none()
             && inputs.is_some_and(|inputs| self.per_cell.is_present(group, inputs, &self.words));
-        self.turn(room);
+        self.turn((room, room));
         let result = if is_present {
             self.spend(steps.weight, &Mask::all(room));
             Ok(())
         } else {
             self.steps(steps, &Mask::all(room))
         };
-        self.turn(width);
+        self.turn(all);
         if result.is_err() {
             // Some values are missing, also if the same points are run again.
             self.per_cell.present[usize::from(group)].version += 1;
@@ -253,10 +253,10 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     }
 
     /// Switches from lanes to cells, and back.
-    fn turn(&mut self, width: usize) {
+    fn turn(&mut self, widths: (usize, usize)) {
         std::mem::swap(&mut self.registers, &mut self.per_cell.narrow);
         std::mem::swap(&mut self.queue, &mut self.per_cell.queue);
-        self.width = width;
+        (self.width, self.lanes) = widths;
         self.per_cell.running = !self.per_cell.running;
     }
 }

@@ -27,10 +27,6 @@ const MAX_GROUPS: usize = 16;
 /// What a machine knows about a region.
 #[derive(Debug, Default)]
 pub(super) struct State {
-    /// Whether it has run.
-    seen: bool,
-    /// The work that its interpretation took.
-    spent: u64,
     /// The groups of cells that it reads, once it is compiled.
     groups: Option<Vec<u16>>,
     plans: Vec<(Form, Option<Arc<RegionPlan>>)>,
@@ -65,10 +61,8 @@ impl State {
 
 impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     /// Counts work that the interpretation of a region took.
-    pub(super) fn note_region(&mut self, region: u32, steps: u64) {
-        if let Some(state) = self.regions.get_mut(region as usize) {
-            state.spent = state.spent.saturating_add(steps);
-        }
+    pub(super) fn note_region(&self, region: u32, steps: u64) {
+        self.program.native.note_region(region, steps, self.lanes);
     }
 
     /// Runs a region as machine code. Returns whether it did; if not, nothing was changed that it reads.
@@ -96,7 +90,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             ..Files::new((&mut self.registers, &mut self.arrays), tables, &self.words, &mut self.broadcasts)
         };
         let mut since = 0;
-        let outcome = plan.run(&mut files, width, &mut native.scratch, left, |spent| {
+        let outcome = plan.run(&mut files, self.lanes, &mut native.scratch, left, |spent| {
             since += spent;
             if since < CHECK {
                 return true;
@@ -137,15 +131,14 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         if self.work.counts_lanes() || self.per_cell.is_running() || self.profile.is_some() {
             return None;
         }
-        let state = self.regions.get_mut(region as usize)?;
-        // The first time, another machine may have compiled it.
-        let known = std::mem::replace(&mut state.seen, true);
-        if known && !native.is_worth(state.spent, self.width) {
+        let plans = &self.program.native;
+        if !native.is_worth(plans, region) {
             if let Step::If { then, otherwise, .. } = step {
-                state.spent = state.spent.saturating_add(then.weight + otherwise.weight);
+                self.note_region(region, then.weight + otherwise.weight);
             }
             return None;
         }
+        let state = self.regions.get_mut(region as usize)?;
         let shape = native.shape(style, self.width)?;
         let per_cell = &self.per_cell;
         let is_one = |group: u16| per_cell.is_one(group);
@@ -156,11 +149,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         let program = self.program;
         let constant = |at| program.constant(at);
         let make = |shape| RegionPlan::new(step, form, shape, (&constant, &program.arrays), &is_one);
-        let is_worth = native.is_worth(state.spent, self.width);
-        let plan = native.region(&program.native, (shape, form), is_worth.then_some(make))?;
-        if plan.is_some() {
-            state.spent = u64::MAX;
-        }
+        let plan = native.region(plans, (shape, form), make)?;
         state.plans.push((form, plan.clone()));
         plan
     }

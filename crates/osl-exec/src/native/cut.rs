@@ -61,9 +61,7 @@ fn live(items: &[QueuedOp], cut: usize) -> usize {
 
 fn words(item: &QueuedOp) -> usize {
     match item.ready {
-        Ready::Lane(step) => {
-            usize::from(step.parts) * usize::from(step.through) * step.op.shape().result.words() as usize
-        }
+        Ready::Lane(step) => usize::from(step.parts) * step.op.shape().result.words() as usize,
         Ready::Gather(step) => usize::from(step.words),
         Ready::Load(step) => usize::from(step.words),
         Ready::Store(_) => 0,
@@ -79,7 +77,7 @@ mod tests {
     /// A sum whose result is read for the last time at a position.
     fn item(at: u32, last: u32) -> QueuedOp {
         let args = [ReadyArg { from: LaneInput::Words(0), words: 1, apart: 0 }; MAX_ARGS];
-        let step = ReadyLane { op: LaneOp::FAdd, parts: 1, through: 1, count: 2, out: (at, 0), args };
+        let step = ReadyLane { op: LaneOp::FAdd, parts: 1, flat: false, count: 2, out: (at, 0), args };
         QueuedOp { ready: Ready::Lane(step), at, last }
     }
 

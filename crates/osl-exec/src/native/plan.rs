@@ -114,20 +114,20 @@ impl Plan {
             .sum()
     }
 
-    /// Computes a batch.
+    /// Computes the first lanes of a batch, in whole pairs of vectors if the batch consists of such.
     pub(crate) fn run<A: ArithmeticImpl>(
         &self,
         isa: Isa,
         files: &mut Files<'_, A::Word>,
-        width: usize,
+        (width, lanes): (usize, usize),
         scratch: &mut Scratch,
     ) {
         // A single loop processes all lanes; if several alternate, the results of one should stay in the
         // cache for the next.
-        let piece = if self.parts.len() == 1 { width } else { PIECE };
-        let mut start = 0;
-        while start < width {
-            let lanes = start..width.min(start + piece);
+        let piece = if self.parts.len() == 1 { lanes } else { PIECE };
+        let (mut start, end) = (0, lanes);
+        while start < end {
+            let lanes = start..end.min(start + piece);
             for part in &self.parts {
                 match part {
                     Segment::Code { code, arrays } => call(code, arrays, files, lanes.clone(), scratch),
@@ -277,7 +277,7 @@ impl<'a> Writer<'a> {
         let shape = step.op.shape();
         let out = *self.arrays.get(&ArraySource::Register(step.out.0))?;
         let mut args = Vec::with_capacity(9);
-        let parts = u32::from(step.parts) * u32::from(step.through);
+        let parts = u32::from(step.parts);
         for part in 0..parts {
             args.clear();
             for (arg, kind) in step.args().iter().zip(shape.args) {

@@ -109,12 +109,12 @@ impl RegionPlan {
     pub(crate) fn run<W: Word>(
         &self,
         files: &mut Files<'_, W>,
-        width: usize,
+        lanes: usize,
         scratch: &mut Scratch,
         budget: u32,
         goes_on: impl FnMut(u32) -> bool,
     ) -> Outcome {
-        self.code.run_within(lend(&self.arrays, files), 0..width, scratch, budget, goes_on)
+        self.code.run_within(lend(&self.arrays, files), 0..lanes, scratch, budget, goes_on)
     }
 }
 

@@ -91,7 +91,7 @@ impl Case {
         let count = args.len() as u8;
         args.resize(MAX_ARGS, ReadyArg { from: LaneInput::Words(0), words: 0, apart: 0 });
         let args = args.try_into().expect("as many as an operation has");
-        let step = ReadyLane { op, parts: parts as u8, through: 1, count, out: (0, 0), args };
+        let step = ReadyLane { op, parts: parts as u8, flat: false, count, out: (0, 0), args };
         Case { step, registers, words, out }
     }
 
@@ -161,7 +161,7 @@ fn compare<A: ArithmeticImpl<Word = u32>>(style: Style, lanes: impl Fn(LaneRun<'
             let sequence = Sequence { items: waiting.to_vec(), constant: &constant };
             let plan = Plan::new(&sequence, shape(style, *target)).expect("what is recorded has code");
             let run = |files: &mut Files<'_, u32>| {
-                plan.run::<A>(Isa::detect(), files, WIDTH, &mut Scratch::default());
+                plan.run::<A>(Isa::detect(), files, (WIDTH, WIDTH), &mut Scratch::default());
             };
             ways.push((target.name(), case.result(run)));
         }

@@ -180,6 +180,8 @@ fn append(file: &Path, line: &str) {
 }
 
 fn main() {
+    // As the command does.
+    oslrun::memory::keep_freed();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let mut wanted = Selection::of(&arguments);
     std::fs::create_dir_all(&wanted.folder).expect("a folder");
