@@ -242,6 +242,48 @@ fn any_pieces() {
     }
 }
 
+/// Runs of any size have the results of a single run. They share machine code, which the first of them do not
+/// have yet.
+#[test]
+fn any_short_runs() {
+    // Without blocks, so that any points can be a piece.
+    let grid = Grid { scale: [3.0, 2.5], ..Grid::new(3000, 1) };
+    for (name, text, params) in shaders() {
+        let compiled = run::compile(name, text, params, &passes::Options::default()).unwrap();
+        let services = run::services();
+        let plain = RunOptions { native: Native::Never, isa: Isa::baseline(), ..RunOptions::default() };
+        let whole = osl_exec::run(&compiled.program, &services, &grid, &plain, &|_| ()).unwrap();
+        for isa in Isa::all() {
+            let options = RunOptions { isa, ..RunOptions::default() };
+            let pieces = Run::new(&compiled.program, &services, &grid, &options);
+            let sizes = [
+                (0, 1),
+                (5, 17),
+                (100, 33),
+                (0, 64),
+                (700, 300),
+                (100, 1000),
+                (40, 1025),
+                (0, 2500),
+                (9, 40),
+            ];
+            for (start, count) in [sizes; 3].concat() {
+                let piece = pieces.points(start..start + count, &|_| ()).unwrap();
+                for (got, all) in piece.planes.iter().zip(&whole.planes) {
+                    let expected = &all.words[start..start + count];
+                    let isa = isa.name();
+                    assert_eq!(
+                        got.words[..],
+                        *expected,
+                        "{name} {}: {isa}, {count} from {start}",
+                        got.output
+                    );
+                }
+            }
+        }
+    }
+}
+
 /// Several threads get tiles beside each other. Who only looks at values sees those of the frame, in tiles
 /// that do not depend on the number of threads.
 #[test]

@@ -213,4 +213,22 @@ mod tests {
             assert_eq!(copy[..], [&words[..], &words[..], &[7]].concat());
         }
     }
+
+    #[test]
+    fn words_get_the_memory_of_others() {
+        for count in [3, LEAST / 8, LEAST / 4, 3 * PAGE / 4 + 5] {
+            let own = |count: usize| {
+                let mut words = Words::any(count);
+                assert_eq!(words.len(), count);
+                words.fill(7);
+                words
+            };
+            // Also if those were longer or shorter, and if several are used at the same time.
+            drop([own(count), own(count + 100)]);
+            let both = [own(count + 50), own(count)];
+            assert!(both.iter().all(|words| words.iter().all(|word| *word == 7)));
+            drop(both);
+            assert!(Words::zeros(count).iter().all(|word| *word == 0));
+        }
+    }
 }
