@@ -226,8 +226,8 @@ impl PlanCache {
         self.worth == 0 || spent > STEPS_WORTH
     }
 
-    /// The plan of a region in a form for batches of a shape, made if there is none: `None` if another machine
-    /// has the plans, the inner `None` if it cannot have one.
+    /// The plan of a region in a form for batches of a shape, made if there is none: `None` if another
+    /// machine has the plans, the inner `None` if it cannot have one.
     pub(crate) fn region(
         &self,
         plans: &Plans,

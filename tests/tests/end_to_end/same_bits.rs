@@ -96,6 +96,30 @@ fn grid() -> Grid {
     Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(37, 23) }
 }
 
+/// The points of a source row by row, each of which has its own attributes.
+struct Plain<S>(S);
+
+impl<S: PointSource> PointSource for Plain<S> {
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+    fn varying(&self) -> &[Global] {
+        self.0.varying()
+    }
+    fn uniform(&self, global: Global) -> [f32; 3] {
+        self.0.uniform(global)
+    }
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.0.deriv(global, axis)
+    }
+    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+        self.0.fill(global, first, width, lanes);
+    }
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        self.0.attribute(object, name, element, point)
+    }
+}
+
 fn words(frame: &Frame) -> Vec<(String, usize, Vec<u32>)> {
     frame.planes.iter().map(|p| (p.output.to_string(), p.component, p.words.to_vec())).collect()
 }
@@ -173,27 +197,6 @@ fn any_size_of_cells() {
 /// Points that share an attribute get what they get if each asks for it.
 #[test]
 fn shared_attributes_are_those_of_each_point() {
-    struct Asking(WithData<Grid>);
-    impl PointSource for Asking {
-        fn count(&self) -> usize {
-            self.0.count()
-        }
-        fn varying(&self) -> &[Global] {
-            self.0.varying()
-        }
-        fn uniform(&self, global: Global) -> [f32; 3] {
-            self.0.uniform(global)
-        }
-        fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
-            self.0.deriv(global, axis)
-        }
-        fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
-            self.0.fill(global, first, width, lanes);
-        }
-        fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
-            self.0.attribute(object, name, element, point)
-        }
-    }
     let text = r#"shader s(output float a = -1, output color b = 0.5, output int c = 0, output float d = 0) {
         c = getattribute("gain", a) + 2 * getattribute("box", "tint", b) + 4 * getattribute("gone", a);
         int list[2] = { 7, 8 };
@@ -211,7 +214,7 @@ fn shared_attributes_are_those_of_each_point() {
     data.attributes.insert("name".into(), Datum::one(Const::Str("a name".into())));
     let tint = Datum::one(Const::Triple([0.1, 0.2, 0.3]));
     data.objects.entry("box".into()).or_default().insert("tint".into(), tint);
-    // Without blocks, so that both have the same order of points.
+    // A single row, so that both have the same order of points.
     let points = WithData { points: Grid { scale: [3.0, 2.5], ..Grid::new(61, 1) }, data };
     let compiled = run::compile("s", text, &[], &passes::Options::default()).unwrap();
     for batch in [1, 16, 64, 1024] {
@@ -219,7 +222,7 @@ fn shared_attributes_are_those_of_each_point() {
         let frame = |points: &dyn PointSource| {
             osl_exec::run(&compiled.program, &run::services(), points, &options, &|_| ()).unwrap()
         };
-        let (shared, each) = (frame(&points), frame(&Asking(points.clone())));
+        let (shared, each) = (frame(&points), frame(&Plain(points.clone())));
         assert_eq!(words(&shared), words(&each), "batches of {batch}");
     }
 }
@@ -247,7 +250,7 @@ fn any_pieces() {
 #[test]
 fn any_short_runs() {
     // Without blocks, so that any points can be a piece.
-    let grid = Grid { scale: [3.0, 2.5], ..Grid::new(3000, 1) };
+    let grid = Plain(Grid { scale: [3.0, 2.5], ..Grid::new(3000, 1) });
     for (name, text, params) in shaders() {
         let compiled = run::compile(name, text, params, &passes::Options::default()).unwrap();
         let services = run::services();

@@ -3,7 +3,7 @@
 //! The system clears new memory page by page, which for a simple shader takes as long as shading. A program
 //! that runs frame after frame pays that once. This module must not know what the words mean.
 
-use super::words::Memory;
+use memmap2::MmapMut;
 use std::sync::{Mutex, PoisonError};
 
 /// Maximum number of bytes that are kept, in all.
@@ -12,6 +12,23 @@ const MOST: usize = 64 << 20;
 const LEAST: usize = 64 << 10;
 /// A plane gets memory that is at most this many times as large.
 const LARGER: usize = 2;
+
+/// Where words are.
+pub(super) enum Memory {
+    Own(Vec<u32>),
+    /// Pages, and the number of words that count.
+    Pages(MmapMut, usize),
+}
+
+impl Memory {
+    /// Bytes that it has room for.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Memory::Own(own) => own.capacity() * size_of::<u32>(),
+            Memory::Pages(pages, _) => pages.len(),
+        }
+    }
+}
 
 static SPARE: Mutex<Vec<Memory>> = Mutex::new(Vec::new());
 

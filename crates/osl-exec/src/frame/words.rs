@@ -4,7 +4,7 @@
 //! more than shading its points, if the shader is simple. It does so for one thread at a time. A large page
 //! takes hardly longer. This module must not know what the words mean.
 
-use super::spare;
+use super::spare::{self, Memory};
 use memmap2::MmapMut;
 use std::ops::{Deref, DerefMut};
 
@@ -15,23 +15,6 @@ const LEAST: usize = 1 << 20;
 
 /// Words, one for each point. They behave as a slice.
 pub struct Words(Memory);
-
-/// Where words are.
-pub(super) enum Memory {
-    Own(Vec<u32>),
-    /// Pages, and the number of words that count.
-    Pages(MmapMut, usize),
-}
-
-impl Memory {
-    /// Bytes that it has room for.
-    pub(super) fn bytes(&self) -> usize {
-        match self {
-            Memory::Own(own) => own.capacity() * size_of::<u32>(),
-            Memory::Pages(pages, _) => pages.len(),
-        }
-    }
-}
 
 impl Words {
     /// Words that are 0.
