@@ -5,10 +5,11 @@
 
 use crate::field::{Cell, Field, Hash, Kind, Perlin, Simplex};
 use crate::float::{Float, Large};
+use crate::lanes::{BLOCK, map};
 use crate::number::Dual;
 use crate::range::Range;
 use crate::unroll::array;
-use osl_simd::{Isa, Kernel, fill, fill_three};
+use osl_simd::{Isa, Kernel};
 
 /// One value per point.
 pub fn eval<T: BatchFloat>(isa: Isa, kind: Kind, coords: &[&[T]], out: &mut [T]) {
@@ -61,6 +62,16 @@ enum Out<'a, T> {
     Three([&'a mut [T]; 3]),
     Dual([&'a mut [T]; 3]),
     Duals([&'a mut [T]; 9]),
+}
+
+impl<'a, T> Out<'a, T> {
+    fn slices(&mut self) -> &mut [&'a mut [T]] {
+        match self {
+            Out::One(out) => std::slice::from_mut(out),
+            Out::Three(out) | Out::Dual(out) => out,
+            Out::Duals(out) => out,
+        }
+    }
 }
 
 /// The field, the form and the points of a call.
@@ -129,13 +140,15 @@ fn cut<'a, T, const N: usize>(slices: &[&'a [T]], from: usize, n: usize) -> [&'a
 }
 
 fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_, T>) {
-    let Call { kind, coords, periods, out } = call;
+    let Call { kind, coords, periods, mut out } = call;
     let lengths = coords.iter().chain(periods).map(|s| s.len());
-    let n = lengths.min().unwrap_or(0);
+    let n = lengths.chain(out.slices().iter().map(|s| s.len())).min().unwrap_or(0);
+    if n < BLOCK {
+        return padded::<T, F, D>(isa, field, (n, Call { kind, coords, periods, out }));
+    }
     let periodic = periods.len() >= D;
     match out {
         Out::One(out) => {
-            let n = n.min(out.len());
             let (c, out): ([&[T]; D], _) = (cut(coords, 0, n), &mut out[..n]);
             if F::HAS_PERIODS && periodic {
                 return T::dispatch_large(isa, OnePeriodic { field, c, p: cut(periods, 0, n), out });
@@ -144,7 +157,6 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             T::dispatch(isa, One { field, c: c.map(|c| &c[done..]), out: &mut out[done..] });
         }
         Out::Three([x, y, z]) => {
-            let n = n.min(x.len()).min(y.len()).min(z.len());
             let c: [&[T]; D] = cut(coords, 0, n);
             let out = [&mut x[..n], &mut y[..n], &mut z[..n]];
             if F::HAS_PERIODS && periodic {
@@ -153,7 +165,6 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             T::dispatch(isa, Three { field, c, out });
         }
         Out::Dual([v, dx, dy]) => {
-            let n = n.min(v.len()).min(dx.len()).min(dy.len());
             if F::IS_STEPPED {
                 dx[..n].fill(T::lit(0.0));
                 dy[..n].fill(T::lit(0.0));
@@ -174,7 +185,6 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             T::dispatch_large(isa, OneDual { field, c: c.part(done..n), p, out });
         }
         Out::Duals(out) => {
-            let n = out.iter().fold(n, |n, o| n.min(o.len()));
             if F::IS_STEPPED {
                 let [x, y, z, partials @ ..] = out;
                 for partial in partials {
@@ -190,6 +200,32 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
     }
 }
 
+/// Computes fewer points than a block, with zeros for the numbers of those that are missing.
+#[cold]
+fn padded<T: Float, F: Field, const D: usize>(isa: Isa, field: F, (n, call): (usize, Call<'_, T>)) {
+    let Call { kind, coords, periods, mut out } = call;
+    // Three numbers for each dimension, and the periods.
+    let mut lanes = [[T::lit(0.0); BLOCK]; 16];
+    for (to, from) in lanes.iter_mut().zip(coords.iter().chain(periods)) {
+        to[..n].copy_from_slice(&from[..n]);
+    }
+    let lanes = lanes.each_ref().map(|lanes| &lanes[..]);
+    let (own_coords, own_periods) = lanes.split_at(coords.len().min(lanes.len()));
+    let own_periods = &own_periods[..periods.len().min(own_periods.len())];
+    let mut results = [[T::lit(0.0); BLOCK]; 9];
+    let each = results.each_mut().map(|lanes| &mut lanes[..]);
+    let own = match (&out, each) {
+        (Out::One(_), [x, ..]) => Out::One(x),
+        (Out::Three(_), [x, y, z, ..]) => Out::Three([x, y, z]),
+        (Out::Dual(_), [x, y, z, ..]) => Out::Dual([x, y, z]),
+        (Out::Duals(_), each) => Out::Duals(each),
+    };
+    by_form::<T, F, D>(isa, field, Call { kind, coords: own_coords, periods: own_periods, out: own });
+    for (to, from) in out.slices().iter_mut().zip(&results) {
+        to[..n].copy_from_slice(&from[..n]);
+    }
+}
+
 struct One<'a, T, F, const D: usize> {
     field: F,
     c: [&'a [T]; D],
@@ -201,11 +237,11 @@ impl<T: Float, F: Field, const D: usize> Kernel for One<'_, T, F, D> {
     #[inline(always)]
     fn run(self) {
         let One { field, c, out } = self;
-        let c = same(c, out.len());
-        fill(
-            out,
+        map(
+            [c],
+            [out],
             #[inline(always)]
-            |i| field.one(at(c, i)),
+            |[c]| [field.one(c)],
         );
     }
 }
@@ -222,11 +258,11 @@ impl<T: Float, F: Field, const D: usize> Kernel for OnePeriodic<'_, T, F, D> {
     #[inline(always)]
     fn run(self) {
         let OnePeriodic { field, c, p, out } = self;
-        let (c, p) = (same(c, out.len()), same(p, out.len()));
-        fill(
-            out,
+        map(
+            [c, p],
+            [out],
             #[inline(always)]
-            |i| field.one_periodic(at(c, i), at(p, i)),
+            |[c, p]| [field.one_periodic(c, p)],
         );
     }
 }
@@ -241,14 +277,12 @@ impl<T: Float, F: Field, const D: usize> Kernel for Three<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Three { field, c, out: [x, y, z] } = self;
-        let c = same(c, x.len());
-        fill_three(
-            x,
-            y,
-            z,
+        let Three { field, c, out } = self;
+        map(
+            [c],
+            out,
             #[inline(always)]
-            |i| field.three(at(c, i)),
+            |[c]| field.three(c),
         );
     }
 }
@@ -264,14 +298,12 @@ impl<T: Float, F: Field, const D: usize> Kernel for ThreePeriodic<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let ThreePeriodic { field, c, p, out: [x, y, z] } = self;
-        let (c, p) = (same(c, x.len()), same(p, x.len()));
-        fill_three(
-            x,
-            y,
-            z,
+        let ThreePeriodic { field, c, p, out } = self;
+        map(
+            [c, p],
+            out,
             #[inline(always)]
-            |i| field.three_periodic(at(c, i), at(p, i)),
+            |[c, p]| field.three_periodic(c, p),
         );
     }
 }
@@ -287,26 +319,23 @@ impl<T: Float, F: Field, const D: usize> Kernel for OneDual<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let OneDual { field, c, p, out: [v, dx, dy] } = self;
-        let c = c.same(v.len());
-        match p.filter(|_| F::HAS_PERIODS).map(|p| same(p, v.len())) {
-            None => fill_three(
-                v,
-                dx,
-                dy,
+        let OneDual { field, c: Duals { v, dx, dy }, p, out } = self;
+        match p.filter(|_| F::HAS_PERIODS) {
+            None => map(
+                [v, dx, dy],
+                out,
                 #[inline(always)]
-                |i| {
-                    let d = field.one_dual(c.at(i), None);
+                |[v, dx, dy]| {
+                    let d = field.one_dual(duals(v, dx, dy), None);
                     [d.v, d.dx, d.dy]
                 },
             ),
-            Some(p) => fill_three(
-                v,
-                dx,
-                dy,
+            Some(p) => map(
+                [v, dx, dy, p],
+                out,
                 #[inline(always)]
-                |i| {
-                    let d = field.one_dual(c.at(i), Some(at(p, i)));
+                |[v, dx, dy, p]| {
+                    let d = field.one_dual(duals(v, dx, dy), Some(p));
                     [d.v, d.dx, d.dy]
                 },
             ),
@@ -324,29 +353,17 @@ struct ThreeDual<'a, T, F, const D: usize> {
     n: usize,
 }
 
-/// Lanes that are computed into arrays of their own before they are copied. So the compiler need not ask
-/// whether any of nine results overlaps with a coordinate, and uses vectors.
-const PIECE: usize = 64;
-
 impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let ThreeDual { field, c, p: _, mut out, n } = self;
-        let mut piece = [[T::lit(0.0); PIECE]; 9];
-        for start in (0..n).step_by(PIECE) {
-            let lanes = start..start + PIECE.min(n - start);
-            let c = c.part(lanes.clone());
-            for i in 0..lanes.len() {
-                let values = flat(field.three_dual(c.at(i), None));
-                for (lanes, value) in piece.iter_mut().zip(values) {
-                    lanes[i] = value;
-                }
-            }
-            for (out, piece) in out.iter_mut().zip(&piece) {
-                out[lanes.clone()].copy_from_slice(&piece[..lanes.len()]);
-            }
-        }
+        let ThreeDual { field, c: Duals { v, dx, dy }, p: _, out, n: _ } = self;
+        map(
+            [v, dx, dy],
+            out,
+            #[inline(always)]
+            |[v, dx, dy]| flat(field.three_dual(duals(v, dx, dy), None)),
+        );
     }
 }
 
@@ -411,15 +428,6 @@ fn flat<T: Float>(d: [Dual<T>; 3]) -> [T; 9] {
     [d[0].v, d[1].v, d[2].v, d[0].dx, d[1].dx, d[2].dx, d[0].dy, d[1].dy, d[2].dy]
 }
 
-/// Slices cut to length `n`, so that the compiler removes bounds checks from loops.
-#[inline(always)]
-fn same<T, const D: usize>(slices: [&[T]; D], n: usize) -> [&[T]; D] {
-    array(
-        #[inline(always)]
-        |a| &slices[a][..n],
-    )
-}
-
 /// The coordinates of one point.
 #[inline(always)]
 fn at<T: Copy, const D: usize>(slices: [&[T]; D], i: usize) -> [T; D] {
@@ -442,11 +450,6 @@ impl<'a, T: Float, const D: usize> Duals<'a, T, D> {
         Duals { v: cut(coords, 0, n), dx: cut(coords, D, n), dy: cut(coords, 2 * D, n) }
     }
 
-    #[inline(always)]
-    fn same(&self, n: usize) -> Self {
-        Duals { v: same(self.v, n), dx: same(self.dx, n), dy: same(self.dy, n) }
-    }
-
     /// Some of the lanes.
     #[inline(always)]
     fn part(&self, lanes: std::ops::Range<usize>) -> Self {
@@ -459,9 +462,15 @@ impl<'a, T: Float, const D: usize> Duals<'a, T, D> {
 
     #[inline(always)]
     fn at(&self, i: usize) -> [Dual<T>; D] {
-        array(
-            #[inline(always)]
-            |a| Dual { v: self.v[a][i], dx: self.dx[a][i], dy: self.dy[a][i] },
-        )
+        duals(at(self.v, i), at(self.dx, i), at(self.dy, i))
     }
+}
+
+/// Numbers with their partials.
+#[inline(always)]
+fn duals<T: Copy, const D: usize>(v: [T; D], dx: [T; D], dy: [T; D]) -> [Dual<T>; D] {
+    array(
+        #[inline(always)]
+        |a| Dual { v: v[a], dx: dx[a], dy: dy[a] },
+    )
 }

@@ -121,7 +121,8 @@ fn fill_with<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
     }
     ROOM.with(|room| {
         let Ok(mut room) = room.try_borrow_mut() else { return 0 };
-        let (mut start, mut tries) = (0, TRIES);
+        let is_scattered = alone::are_scattered::<L, N, D>(coords.map(|c| &c[..n]));
+        let (mut start, mut tries) = (0, if is_scattered { 0 } else { TRIES });
         while start < n {
             if tries > 0 {
                 let coords = coords.map(|c| &c[start..n]);

@@ -22,6 +22,7 @@ pub mod field;
 mod float;
 pub mod gabor;
 pub mod hash;
+mod lanes;
 mod math;
 mod number;
 mod perlin;

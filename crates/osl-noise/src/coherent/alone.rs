@@ -109,6 +109,23 @@ impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Kernel for 
     }
 }
 
+/// Whether vectors of points seem to be in more cells than it pays to compute them for: in two of the vectors,
+/// three points are in different cells.
+#[inline(always)]
+pub(super) fn are_scattered<L: Lattice<D>, const N: usize, const D: usize>(coords: [&[f32]; D]) -> bool {
+    let point = |at: usize| {
+        array(
+            #[inline(always)]
+            |a| coords[a].get(at).copied().unwrap_or(f32::NAN),
+        )
+    };
+    let middle = coords[0].len() / 2 / N * N;
+    [0, middle].into_iter().all(|vector| {
+        let [a, b, c] = [0, N / 2, N - 1].map(|lane| L::key_of(point(vector + lane)));
+        a != b && b != c && c != a
+    })
+}
+
 /// Computes vectors from the first one on, until one is in too many cells. Returns the number of points done.
 #[inline(always)]
 pub(super) fn run<L: Lattice<D>, R: Registers<N>, F: Form<L, R, N, D>, const N: usize, const D: usize>(

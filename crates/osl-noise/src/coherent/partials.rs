@@ -211,6 +211,9 @@ fn fill_with<R: Registers<N>, const N: usize>(
         return 0;
     }
     let coords = coords.map(|part| part.map(|c| &c[..n]));
+    if alone::are_scattered::<Perlin, N, 3>(coords[0]) {
+        return 0;
+    }
     let out = out.map(|o| &mut o[..n]);
     let offsets = std::array::from_fn(|_| Offsets([[0.0; N]; 16]));
     registers.dispatch(Partials { registers, range, coords, out, offsets })
