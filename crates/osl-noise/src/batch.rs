@@ -153,8 +153,9 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             if F::HAS_PERIODS && periodic {
                 return T::dispatch_large(isa, OnePeriodic { field, c, p: cut(periods, 0, n), out });
             }
-            let done = field.shared(isa, c, out);
-            T::dispatch(isa, One { field, c: c.map(|c| &c[done..]), out: &mut out[done..] });
+            if let Some(from) = rest(field.shared(isa, c, out), n) {
+                T::dispatch(isa, One { field, c: c.map(|c| &c[from..]), out: &mut out[from..] });
+            }
         }
         Out::Three([x, y, z]) => {
             let c: [&[T]; D] = cut(coords, 0, n);
@@ -181,8 +182,10 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
                 None => field.shared_dual(isa, [c.v, c.dx, c.dy], [&mut *v, &mut *dx, &mut *dy]),
                 Some(_) => 0,
             };
-            let out = [&mut v[done..], &mut dx[done..], &mut dy[done..]];
-            T::dispatch_large(isa, OneDual { field, c: c.part(done..n), p, out });
+            if let Some(from) = rest(done, n) {
+                let out = [&mut v[from..], &mut dx[from..], &mut dy[from..]];
+                T::dispatch_large(isa, OneDual { field, c: c.part(from..n), p, out });
+            }
         }
         Out::Duals(out) => {
             if F::IS_STEPPED {
@@ -198,6 +201,12 @@ fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_
             if p.is_none() { T::dispatch_nine(isa, nine) } else { nine.lane_by_lane() }
         }
     }
+}
+
+/// The first point that is left to compute when some of `n` are done; `None` if all are. If the others are
+/// fewer than a block, they are computed with some that are done.
+fn rest(done: usize, n: usize) -> Option<usize> {
+    (done < n).then(|| done.min(n.saturating_sub(BLOCK)))
 }
 
 /// Computes fewer points than a block, with zeros for the numbers of those that are missing.
