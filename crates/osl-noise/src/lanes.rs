@@ -18,6 +18,7 @@ struct Results<T, const E: usize>([[T; BLOCK]; E]);
 /// Computes `E` results at each point from `S` sets of `D` numbers. All slices have the length of the first
 /// results, and there are at least as many points as in a block.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 pub(crate) fn map<T: Float, const D: usize, const S: usize, const E: usize>(
     from: [[&[T]; D]; S],
     mut to: [&mut [T]; E],
