@@ -11,7 +11,7 @@ use crate::unroll::{array, each};
 /// Lanes of a block: whole vectors of every instruction set.
 pub(crate) const BLOCK: usize = 16;
 
-/// The results of a block. Their alignment is that of the stack, so that no vector on it crosses a cache line.
+/// The results of a block. They align the stack, so that no vector on it crosses a cache line.
 #[repr(align(64))]
 struct Results<T, const E: usize>([[T; BLOCK]; E]);
 

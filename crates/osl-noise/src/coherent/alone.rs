@@ -109,8 +109,8 @@ impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Kernel for 
     }
 }
 
-/// Whether vectors of points seem to be in more cells than it pays to compute them for: in two of the vectors,
-/// three points are in different cells.
+/// Whether vectors of points seem to be in more cells than it pays to compute them for: in two of the
+/// vectors, three points are in different cells.
 #[inline(always)]
 pub(super) fn are_scattered<L: Lattice<D>, const N: usize, const D: usize>(coords: [&[f32]; D]) -> bool {
     let point = |at: usize| {
