@@ -15,7 +15,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     /// The hash of the numbers of a step, in all lanes.
     pub(super) fn hash(&mut self, step: &KernelStep) {
         let Some(out) = step.outs.first() else { return };
-        let n = if matches!(out.location, Location::Words(_)) { 1 } else { self.width };
+        let n = if matches!(out.location, Location::Words(_)) { 1 } else { self.lanes };
         let mut words = Vec::new();
         for (arg, kind) in step.args.iter().zip(&step.kinds) {
             let is_float = matches!(kind, Kind::Float | Kind::Triple);

@@ -71,7 +71,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     /// those of its results.
     fn fields(&mut self, call: &FieldCall<'_>, args: &[Operand], outs: &[Operand]) {
         let Some(first) = outs.first() else { return };
-        let n = if matches!(first.location, Location::Words(_)) { 1 } else { self.width };
+        // The lanes that are computed, of those that a component has.
+        let is_uniform = matches!(first.location, Location::Words(_));
+        let (n, all) = if is_uniform { (1, 1) } else { (self.lanes, self.width) };
         let mut broadcasts = std::mem::take(&mut self.scratch);
         let mut targets: [Target<A::Word>; MAX_RESULTS] = std::array::from_fn(|i| match outs.get(i) {
             Some(out) => self.take(*out),
@@ -84,7 +86,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             for arg in args {
                 for component in 0..arg.words as usize {
                     let lanes = match self.component(*arg, component) {
-                        Arg::Each(words) => words,
+                        Arg::Each(words) => words.get(..n).unwrap_or(words),
                         Arg::Same(word) if n == 1 => word,
                         Arg::Same(word) => match scratch.next() {
                             Some(lanes) => {
@@ -104,9 +106,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             let mut lanes: [&mut [A::Word]; MAX_OUTPUTS] = Default::default();
             let mut found = 0;
             for (target, out) in targets.iter_mut().zip(outs) {
-                for chunk in target.chunks_mut(n).take(out.words as usize) {
-                    if let Some(slot) = lanes.get_mut(found) {
-                        *slot = chunk;
+                for component in target.chunks_mut(all).take(out.words as usize) {
+                    if let (Some(slot), Some(used)) = (lanes.get_mut(found), component.get_mut(..n)) {
+                        *slot = used;
                         found += 1;
                     }
                 }
