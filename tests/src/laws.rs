@@ -149,8 +149,24 @@ fn show(frame: &Frame) -> Shown {
             messages.push(message);
         }
     }
-    let counted = frame.messages.iter().map(|said| unsigned(&format!("{said:?}"))).collect();
-    Shown { values, messages, counted }
+    Shown { values, messages, counted: counted(&frame) }
+}
+
+/// The messages with the numbers of points that report them and the first of these. Points whose messages
+/// differ by the sign of a NaN count together.
+fn counted(frame: &osl_exec::Frame) -> Vec<String> {
+    let mut all: Vec<(String, Option<u64>, usize)> = Vec::new();
+    for said in &frame.messages {
+        let message = unsigned(&format!("{:?}", said.message));
+        match all.iter_mut().find(|(have, ..)| *have == message) {
+            Some((_, points, first)) => {
+                *points = points.zip(said.points).map(|(a, b)| a + b);
+                *first = said.first.min(*first);
+            }
+            None => all.push((message, said.points, said.first)),
+        }
+    }
+    all.iter().map(|said| format!("{said:?}")).collect()
 }
 
 /// The text without the signs of NaN, which are unspecified: they depend on the instruction set and, in a
