@@ -149,7 +149,7 @@ fn show(frame: &Frame) -> Shown {
             messages.push(message);
         }
     }
-    Shown { values, messages, counted: counted(&frame) }
+    Shown { values, messages, counted: counted(frame) }
 }
 
 /// The messages with the numbers of points that report them and the first of these. Points whose messages
