@@ -209,7 +209,8 @@ fn rest(done: usize, n: usize) -> Option<usize> {
     (done < n).then(|| done.min(n.saturating_sub(BLOCK)))
 }
 
-/// Computes fewer points than a block, with zeros for the numbers of those that are missing.
+/// Computes a call with fewer points than a block: it adds points whose coordinates are 0, and drops their
+/// results.
 #[cold]
 fn padded<T: Float, F: Field, const D: usize>(isa: Isa, field: F, (n, call): (usize, Call<'_, T>)) {
     let Call { kind, coords, periods, mut out } = call;

@@ -96,7 +96,7 @@ fn grid() -> Grid {
     Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(37, 23) }
 }
 
-/// The points of a source row by row, each of which has its own attributes.
+/// The points of a source, row by row. Each point asks for its attributes itself.
 struct Plain<S>(S);
 
 impl<S: PointSource> PointSource for Plain<S> {

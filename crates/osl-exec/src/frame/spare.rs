@@ -4,6 +4,7 @@
 //! that runs frame after frame pays that once. This module must not know what the words mean.
 
 use memmap2::MmapMut;
+use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 /// Maximum number of bytes that are kept, in all.
@@ -30,7 +31,7 @@ impl Memory {
     }
 }
 
-static SPARE: Mutex<Vec<Memory>> = Mutex::new(Vec::new());
+static SPARE: Mutex<VecDeque<Memory>> = Mutex::new(VecDeque::new());
 
 /// Memory for at least so many bytes, with any content, if some of this size is kept.
 pub(super) fn take(bytes: usize) -> Option<Memory> {
@@ -40,7 +41,7 @@ pub(super) fn take(bytes: usize) -> Option<Memory> {
     let mut kept = SPARE.lock().unwrap_or_else(PoisonError::into_inner);
     let suits = |memory: &Memory| (bytes..=bytes.saturating_mul(LARGER)).contains(&memory.bytes());
     let at = kept.iter().rposition(suits)?;
-    Some(kept.remove(at))
+    kept.remove(at)
 }
 
 /// Keeps memory. The memory that was kept for the longest time makes room for it.
@@ -49,15 +50,15 @@ pub(super) fn give(memory: Memory) {
         return;
     }
     let mut kept = SPARE.lock().unwrap_or_else(PoisonError::into_inner);
-    kept.push(memory);
+    kept.push_back(memory);
     let mut bytes: usize = kept.iter().map(Memory::bytes).sum();
-    let too_many = kept.iter().take_while(|memory| {
-        let is_too_much = bytes > MOST;
-        bytes -= memory.bytes();
-        is_too_much
-    });
-    let count = too_many.count();
-    let freed: Vec<Memory> = kept.drain(..count).collect();
+    let mut freed = Vec::new();
+    while bytes > MOST
+        && let Some(oldest) = kept.pop_front()
+    {
+        bytes -= oldest.bytes();
+        freed.push(oldest);
+    }
     // Giving memory back to the system takes a while.
     drop(kept);
     drop(freed);
