@@ -51,8 +51,18 @@ impl Pattern {
 
     /// The samples of a pixel; pixels are numbered row by row.
     pub fn of(&self, pixel: u32) -> &[[f32; 2]] {
-        let first = self.scramble(pixel) * self.count;
+        let first = self.first(pixel);
         self.samples.get(first..first + self.count).unwrap_or(&[])
+    }
+
+    /// The samples of all scrambles.
+    pub(super) fn all(&self) -> &[[f32; 2]] {
+        &self.samples
+    }
+
+    /// Where those of a pixel begin among them.
+    pub(super) fn first(&self, pixel: u32) -> usize {
+        self.scramble(pixel) * self.count
     }
 
     fn scramble(&self, pixel: u32) -> usize {

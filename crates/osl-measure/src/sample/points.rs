@@ -6,6 +6,7 @@ use super::surface::{Line, PixelPosition, Positions, Row, Surface};
 use osl_exec::{Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
+use osl_simd::{Isa, Kernel};
 use std::ops::Range;
 
 /// Some samples of each of some pixels: pixel by pixel, the samples of a pixel in order.
@@ -16,9 +17,12 @@ pub struct SamplePoints<'a> {
     pixels: &'a [u32],
     /// Which samples of each pixel; `None` means the pixel's centre.
     samples: Option<Range<u32>>,
+    /// Where the samples of each pixel begin in the pattern. A crop has the samples of the whole image.
+    starts: Vec<u32>,
     pattern: &'a Pattern,
     filter: &'a Filter,
     width: u32,
+    isa: Isa,
 }
 
 impl<'a> SamplePoints<'a> {
@@ -27,10 +31,11 @@ impl<'a> SamplePoints<'a> {
         surface: &'a dyn Surface,
         pixels: &'a [u32],
         samples: Range<u32>,
-        (pattern, filter): (&'a Pattern, &'a Filter),
+        tools: (&'a Pattern, &'a Filter),
     ) -> SamplePoints<'a> {
-        let width = surface.size().0.max(1) as u32;
-        SamplePoints { surface, pixels, samples: Some(samples), pattern, filter, width }
+        let start = |pixel: &u32| tools.0.first(surface.pixel(*pixel as usize) as u32) as u32;
+        let starts = pixels.iter().map(start).collect();
+        SamplePoints { samples: Some(samples), starts, ..SamplePoints::centres(surface, pixels, tools) }
     }
 
     /// The centres of pixels.
@@ -40,7 +45,8 @@ impl<'a> SamplePoints<'a> {
         (pattern, filter): (&'a Pattern, &'a Filter),
     ) -> SamplePoints<'a> {
         let width = surface.size().0.max(1) as u32;
-        SamplePoints { surface, pixels, samples: None, pattern, filter, width }
+        let (samples, starts, isa) = (None, Vec::new(), Isa::detect());
+        SamplePoints { surface, pixels, samples, starts, pattern, filter, width, isa }
     }
 
     /// Samples per pixel.
@@ -53,20 +59,47 @@ impl<'a> SamplePoints<'a> {
     fn by_pixel(&self, first: usize, count: usize, mut of: impl FnMut([u32; 2], &[[f32; 2]], usize)) {
         let each = self.each();
         let mut count = count.min(Positions::count(self).saturating_sub(first));
+        let (from, to) = self.samples.as_ref().map_or((0, 0), |s| (s.start as usize, s.end as usize));
+        // Those of a pixel in this range are in the pattern.
+        let known = to.min(self.pattern.count() as usize).saturating_sub(from);
         let (mut at, mut sample) = (first / each, first % each);
         let mut row = Row::default();
         while count > 0 {
             let Some(pixel) = self.pixels.get(at).copied() else { break };
             let left = (each - sample).min(count);
-            let own = self.samples.as_ref().map_or(&[][..], |range| {
-                // A crop has the samples of the whole image.
-                let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
-                let from = range.start as usize + sample;
-                own.get(from.min(own.len())..(from + left).min(own.len())).unwrap_or(&[])
-            });
+            let own = known.min(sample + left).saturating_sub(sample);
+            let start = self.starts.get(at).map_or(0, |start| *start as usize) + from + sample;
+            let own = self.pattern.all().get(start..start + own).unwrap_or(&[]);
             of(row.of(pixel, self.width), own, left - own.len());
             (at, sample, count) = (at + 1, 0, count - left);
         }
+    }
+}
+
+impl SamplePoints<'_> {
+    /// Writes the places along an axis of all `EACH` samples of pixels, as far as they are in the pattern,
+    /// and the columns or rows of the pixels. Returns the number of samples.
+    fn whole<const EACH: usize>(
+        &self,
+        axis: usize,
+        first: usize,
+        lanes: &mut [f32],
+        pixels: &mut Vec<i32>,
+    ) -> usize {
+        let range = self.samples.clone().unwrap_or_default();
+        if range.end > self.pattern.count() {
+            return 0;
+        }
+        let (from, all, mut row) = (range.start as usize, self.pattern.all(), Row::default());
+        let at = first / EACH;
+        let own = self.pixels.get(at..).unwrap_or(&[]).iter().zip(self.starts.get(at..).unwrap_or(&[]));
+        for ((pixel, start), lanes) in own.zip(lanes.as_chunks_mut::<EACH>().0) {
+            let own = all.get(*start as usize + from..).and_then(|own| own.first_chunk::<EACH>());
+            let Some(own) = own else { break };
+            *lanes = own.map(|sample| sample[axis]);
+            pixels.extend_from_slice(&[row.of(*pixel, self.width)[axis] as i32; EACH]);
+        }
+        pixels.len()
     }
 }
 
@@ -85,34 +118,62 @@ impl Positions for SamplePoints<'_> {
     }
 
     fn along(&self, line: &Line, first: usize, lanes: &mut [f32]) -> bool {
-        self.filter.with_offset(Along { samples: self, line, first, lanes })
+        // First the place of each sample in its pixel and the number of the pixel, then the coordinates of
+        // all samples, which the compiler puts into vectors.
+        let (count, axis) = (lanes.len(), line.axis());
+        let mut pixels = Vec::with_capacity(count);
+        let done = match (first.is_multiple_of(self.each()), self.each()) {
+            (true, 1) => self.whole::<1>(axis, first, lanes, &mut pixels),
+            (true, 2) => self.whole::<2>(axis, first, lanes, &mut pixels),
+            (true, 4) => self.whole::<4>(axis, first, lanes, &mut pixels),
+            (true, 8) => self.whole::<8>(axis, first, lanes, &mut pixels),
+            (true, 16) => self.whole::<16>(axis, first, lanes, &mut pixels),
+            _ => 0,
+        };
+        let mut is_between = true;
+        let mut rest = lanes.get_mut(done..).unwrap_or_default();
+        self.by_pixel(first + done, count - done, |pixel, own, at_centre| {
+            is_between &= at_centre == 0;
+            let (here, behind) = std::mem::take(&mut rest).split_at_mut(own.len().min(count - pixels.len()));
+            here.iter_mut().zip(own).for_each(|(x, sample)| *x = sample[axis]);
+            pixels.extend(std::iter::repeat_n(pixel[axis] as i32, here.len()));
+            rest = behind;
+        });
+        self.filter.with_offset(InPlace(lanes));
+        is_between && self.isa.dispatch(Coordinates { line, pixels: &pixels, lanes })
     }
 }
 
-/// The arguments of [`Positions::along`].
-struct Along<'s, 'a> {
-    samples: &'s SamplePoints<'a>,
+/// Replaces samples by their offsets.
+struct InPlace<'s>(&'s mut [f32]);
+
+impl WithOffset for InPlace<'_> {
+    type Result = ();
+
+    fn with(self, offset: impl Fn(f32) -> f32) {
+        self.0.iter_mut().for_each(|x| *x = offset(*x));
+    }
+}
+
+/// Replaces the offsets from the centres of some pixels by coordinates. The result is false if one of them
+/// is 0.
+struct Coordinates<'s> {
     line: &'s Line,
-    first: usize,
+    /// Columns or rows.
+    pixels: &'s [i32],
     lanes: &'s mut [f32],
 }
 
-impl WithOffset for Along<'_, '_> {
-    type Result = bool;
+impl Kernel for Coordinates<'_> {
+    type Output = bool;
 
-    fn with(self, offset: impl Fn(f32) -> f32) -> bool {
-        let Along { samples, line, first, lanes } = self;
-        let (count, mut lanes) = (lanes.len(), lanes.iter_mut());
-        let (mut is_between, axis) = (true, line.axis());
-        samples.by_pixel(first, count, |pixel, own, at_centre| {
-            is_between &= at_centre == 0;
-            // The samples come first: a lane that is taken for none would be lost.
-            for (sample, x) in own.iter().zip(lanes.by_ref()) {
-                let offset = offset(sample[axis]);
-                is_between &= offset != 0.0;
-                *x = line.at(pixel[axis], offset);
-            }
-        });
+    #[inline(always)]
+    fn run(self) -> bool {
+        let mut is_between = true;
+        for (x, pixel) in self.lanes.iter_mut().zip(self.pixels) {
+            is_between &= *x != 0.0;
+            *x = self.line.at(*pixel, *x);
+        }
         is_between
     }
 }

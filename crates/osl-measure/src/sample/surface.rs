@@ -82,7 +82,8 @@ impl Line {
     }
 
     /// The coordinate at an offset from the centre of a pixel. **Units:** pixels.
-    pub fn at(&self, pixel: u32, offset: f32) -> f32 {
+    #[inline(always)]
+    pub fn at(&self, pixel: i32, offset: f32) -> f32 {
         let here = f64::from(pixel) + f64::from(offset) + self.shift;
         (self.scale * (here / self.unit) + self.added) as f32
     }
@@ -150,7 +151,7 @@ fn coordinate(grid: &Grid, axis: usize, place: &PixelPosition) -> f32 {
 fn coordinates(grid: &Grid, axis: usize, places: &[PixelPosition], lanes: &mut [f32]) {
     let line = Line::of(grid, axis);
     let all = lanes.iter_mut().zip(places);
-    all.for_each(|(x, place)| *x = line.at(place.pixel[axis], place.offset[axis]));
+    all.for_each(|(x, place)| *x = line.at(place.pixel[axis] as i32, place.offset[axis]));
     let centres = lanes.iter_mut().zip(places).filter(|(_, place)| place.offset[axis] == 0.0);
     let n = [grid.width, grid.height][axis];
     centres.for_each(|(x, place)| *x = grid.coordinate(axis, place.pixel[axis] as usize, n));
