@@ -188,6 +188,33 @@ fn a_bound_is_kept_and_costs_little() {
 }
 
 #[test]
+fn a_centre_is_enough_although_no_other_place_in_its_pixel_has_its_value() {
+    let text = "shader s(output float r = 0) {
+        float a = 1; point p = 30 * P;
+        for (int i = 0; i < 4; i++) { r += a * noise(p); p *= 2; a *= 0.5; } }";
+    let grid = Grid::new(192, 192);
+    shading(text, &grid, Filter::default(), |s| {
+        let image = max_error(s, 0..192, MaxError { error: 0.07, most: 1024 }).unwrap();
+        assert!(image.tally.per_pixel() < 1.3, "{:?}", image.tally);
+        assert!(share_above(&image, &truth(s, 192), 0.07) <= 0.001);
+    });
+}
+
+#[test]
+fn outlines_that_few_probes_hit_are_not_overlooked() {
+    // A ring covers a quarter of the pixels that it crosses: one probe in four sees it there.
+    let text = "shader s(output float r = 0) {
+        point q = 2.3 * P; point c = floor(q) + 0.5; c[2] = q[2];
+        r = abs(distance(q, c) - 0.3) < 0.00075 ? 0 : 0.6 + 0.1 * sin(9 * u); }";
+    let grid = Grid::new(384, 384);
+    shading(text, &grid, Filter::default(), |s| {
+        let image = max_error(s, 0..384, MaxError { error: 0.05, most: 1024 }).unwrap();
+        let share = share_above(&image, &truth(s, 384), 0.05);
+        assert!(share <= 0.001, "{share} of the pixels are off, {:?}", image.tally);
+    });
+}
+
+#[test]
 fn a_bound_is_kept_under_other_filters() {
     let grid = Grid::new(64, 64);
     for (kind, width) in

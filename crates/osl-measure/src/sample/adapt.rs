@@ -1,9 +1,9 @@
 //! Adaptive sampling: each round doubles the samples of the pixels whose error is still too large.
 
-use super::bounds::{Weights, weighted};
-use super::error::Block;
-use super::image::{Image, Shading, not_finite};
+use super::image::{Image, PixelSamples, Shading, not_finite};
 use super::pattern::{MAX_SAMPLES, Pattern};
+use super::round::Sums;
+use super::weights::Weights;
 use osl_exec::{Frame, RunError};
 use std::ops::Range;
 
@@ -28,10 +28,12 @@ pub(super) struct Refiner<'a> {
     pub(super) weights: Weights,
     /// The pixels that need more samples.
     pub(super) active: Vec<usize>,
-    /// For each plane, for each pixel.
-    pub(super) sums: Vec<Vec<Block>>,
+    sums: Sums,
     /// For each pixel, the change by the last round, largest over all planes.
     pub(super) moved: Vec<f32>,
+    /// For each pixel, the standard error after the last round, largest over all planes; NaN if any sample is
+    /// NaN.
+    errors: Vec<f32>,
     /// Samples of each active pixel so far.
     pub(super) samples: u32,
     /// Samples of each pixel.
@@ -47,8 +49,9 @@ impl<'a> Refiner<'a> {
             shading: shading.clone(),
             weights: Weights::equal(planes),
             active: (0..pixels.len()).collect(),
-            sums: vec![vec![Block::default(); pixels.len()]; planes],
+            sums: Sums::new(planes, pixels.len()),
             moved: vec![0.0; pixels.len()],
+            errors: vec![0.0; pixels.len()],
             samples: 0,
             each: vec![0; pixels.len()],
             pixels,
@@ -69,32 +72,21 @@ impl<'a> Refiner<'a> {
         if self.shading.pattern.count() < samples {
             self.shading.pattern = self.shading.pattern.clone().with(samples);
         }
-        let pixels: Vec<u32> =
-            self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
-        let batch = self.shading.batch(&pixels, self.samples..samples, estimate)?;
-        self.active.iter().for_each(|slot| self.moved[*slot] = 0.0);
-        for ((sums, blocks), weight) in self.sums.iter_mut().zip(&batch.blocks).zip(self.weights.iter()) {
-            for (slot, block) in self.active.iter().zip(blocks) {
-                let before = sums[*slot];
-                sums[*slot].add(block);
-                if before.count > 0 {
-                    let moved = (sums[*slot].mean() - before.mean()).abs();
-                    self.moved[*slot] = self.moved[*slot].max(weighted(moved, weight));
-                }
+        let Refiner { shading, pixels, active, sums, moved, errors, each, weights, said, .. } = self;
+        let rounds = (self.samples..samples, estimate);
+        shading.round((pixels, active), rounds, (sums, weights), said, |slots, found| {
+            for ((slot, own), error) in slots.iter().zip(&found.moved).zip(&found.errors) {
+                (moved[*slot], errors[*slot], each[*slot]) = (*own, *error, samples);
             }
-        }
-        self.evaluations += pixels.len() as u64 * u64::from(samples - self.samples);
-        self.said.add(batch.said, &self.shading.options.limits.running);
-        self.active.iter().for_each(|slot| self.each[*slot] = samples);
+        })?;
+        self.evaluations += self.active.len() as u64 * u64::from(samples - self.samples);
         self.samples = samples;
         Ok(())
     }
 
     /// Largest standard error over a pixel's planes; NaN if any sample is NaN.
     pub(super) fn error(&self, slot: usize) -> f32 {
-        let planes = self.sums.iter().zip(self.weights.iter());
-        let errors = planes.filter_map(|(plane, weight)| Some(weighted(plane.get(slot)?.error(), weight)));
-        errors.fold(0.0, |worst: f32, e| if e.is_nan() || worst.is_nan() { f32::NAN } else { worst.max(e) })
+        self.errors.get(slot).copied().unwrap_or(0.0)
     }
 
     /// Removes the pixels that have enough samples from the active list; `enough` gets a pixel's slot and its
@@ -125,7 +117,7 @@ impl<'a> Refiner<'a> {
 
     /// For each plane, the means of the pixels.
     pub(super) fn means(&self) -> Vec<Vec<f32>> {
-        self.sums.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
+        self.sums.means(&self.each)
     }
 }
 
@@ -171,7 +163,7 @@ fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
     image.tally.pixels = refiner.pixels.len() as u64;
     image.tally.evaluations = refiner.evaluations;
     image.tally.note_all(refiner.each.iter().copied());
-    image.samples = refiner.each;
+    image.samples = PixelSamples::Each(refiner.each);
     image.tally.unfinished = refiner.active.len() as u64;
     image.tally.not_finite = not_finite(&values);
     image.frame.planes = shading.filled(values);

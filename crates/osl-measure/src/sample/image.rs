@@ -2,11 +2,13 @@
 //!
 //! This module must not know how many samples a pixel should get.
 
-use super::error::{self, Block, Samples, Shown, block};
+use super::error::{Block, Shown, block};
 use super::filter::Filter;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
+use super::round::{Found, Round, Sums};
 use super::surface::Surface;
+use super::weights::Weights;
 use osl_exec::{Frame, Plane, PointSource, Program, Run, RunError, RunOptions, Services};
 use osl_ir::ir::Kind;
 use rayon::prelude::*;
@@ -55,9 +57,32 @@ pub struct Image {
     pub frame: Frame,
     /// What the image cost.
     pub tally: Tally,
-    /// Samples of each pixel, 0 where it was interpolated. Empty if the plan alone says it: all pixels have
-    /// the same number, or there is one for several.
-    pub samples: Vec<u32>,
+    /// Samples of each pixel.
+    pub samples: PixelSamples,
+}
+
+/// How many samples each pixel of an image has, 0 where it was interpolated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum PixelSamples {
+    /// The plan alone says it: all pixels have the same number, or there is one for several.
+    #[default]
+    Planned,
+    /// One or none: whether the centre of the pixel was computed.
+    Centres(Vec<bool>),
+    /// Any number.
+    Each(Vec<u32>),
+}
+
+impl PixelSamples {
+    /// The number of each pixel, unless the plan says it.
+    pub fn each(&self) -> impl Iterator<Item = u32> + '_ {
+        let (centres, each) = match self {
+            PixelSamples::Planned => (&[][..], &[][..]),
+            PixelSamples::Centres(known) => (&known[..], &[][..]),
+            PixelSamples::Each(each) => (&[][..], &each[..]),
+        };
+        centres.iter().map(|known| u32::from(*known)).chain(each.iter().copied())
+    }
 }
 
 /// What an image cost, and what is known of its error.
@@ -182,7 +207,7 @@ impl<'a> Shading<'a> {
         if !self.is_signed() {
             return self.samples(pixels, 0..1, said);
         }
-        let batch = self.batch(pixels, 0..1, false)?;
+        let batch = self.batch(pixels, 0..1)?;
         said.add(batch.said, &self.options.limits.running);
         Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
     }
@@ -209,22 +234,81 @@ impl<'a> Shading<'a> {
         Ok(values)
     }
 
-    /// Samples pixels and sums up each; also computes the variance if `estimate` is set.
-    pub(super) fn batch(
-        &self,
-        pixels: &[u32],
-        samples: Range<u32>,
-        estimate: bool,
-    ) -> Result<Batch, RunError> {
+    /// Samples pixels and sums up each.
+    pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>) -> Result<Batch, RunError> {
         let each = samples.len().max(1);
         let mut batch = Batch::default();
         for pixels in pixels.chunks((TOGETHER / each).max(1)) {
-            self.piece(pixels, samples.clone(), estimate, &mut batch)?;
+            let (planes, signs) = self.sampled(pixels, samples.clone(), &mut batch.said)?;
+            batch.blocks.resize(planes.len(), Vec::new());
+            for (plane, blocks) in planes.iter().zip(&mut batch.blocks) {
+                let one = |(at, words): (usize, &[u32])| {
+                    block(words, plane.kind, signs.get(at * each..(at + 1) * each).unwrap_or(&[]))
+                };
+                let words = plane.words.chunks_exact(each);
+                if pixels.len() * each > 1 << 14 {
+                    let words = plane.words.par_chunks_exact(each).with_min_len(PIECE);
+                    blocks.par_extend(words.enumerate().map(one));
+                } else {
+                    blocks.extend(words.enumerate().map(one));
+                }
+            }
         }
         if batch.blocks.is_empty() {
             batch.blocks = self.planes().iter().map(|_| Vec::new()).collect();
         }
         Ok(batch)
+    }
+
+    /// Takes a round of samples of those of some pixels that `slots` chooses; `take` gets slots and what the
+    /// round found of them. `before` has the sums of all pixels. The errors are found if `estimate` is set.
+    pub(super) fn round(
+        &self,
+        (pixels, slots): (&[u32], &[usize]),
+        (samples, estimate): (Range<u32>, bool),
+        (before, weights): (&mut Sums, &Weights),
+        said: &mut Frame,
+        mut take: impl FnMut(&[usize], &Found),
+    ) -> Result<(), RunError> {
+        let each = samples.len().max(1);
+        for slots in slots.chunks((TOGETHER / each).max(1)) {
+            let some: Vec<u32> = slots.iter().filter_map(|slot| pixels.get(*slot)).copied().collect();
+            let (planes, signs) = self.sampled(&some, samples.clone(), said)?;
+            let shown = if estimate { Shown::new(&self.pattern, &samples) } else { None };
+            let numbers: Vec<u32> = match shown {
+                Some(_) => some.iter().map(|pixel| self.surface.pixel(*pixel as usize) as u32).collect(),
+                None => Vec::new(),
+            };
+            let round = Round { planes: &planes, signs: &signs, each, samples: samples.end, shown, weights };
+            let piece = |(at, slots): (usize, &[usize])| {
+                round.of(at * PIECE, slots, numbers.get(at * PIECE..).unwrap_or(&[]), before)
+            };
+            let found: Vec<Found> = if some.len() * each > 1 << 14 {
+                slots.par_chunks(PIECE).enumerate().map(piece).collect()
+            } else {
+                slots.chunks(PIECE).enumerate().map(piece).collect()
+            };
+            for (slots, found) in slots.chunks(PIECE).zip(&found) {
+                before.take(slots, found);
+                take(slots, found);
+            }
+        }
+        Ok(())
+    }
+
+    /// Samples of pixels, plane by plane, and their weights unless all are 1.
+    fn sampled(
+        &self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        said: &mut Frame,
+    ) -> Result<(Vec<Plane>, Vec<f32>), RunError> {
+        let tools = (&self.pattern, &self.filter);
+        let points = SamplePoints::new(self.surface, pixels, samples.clone(), tools);
+        let mut frame = self.run(&points, 0..points.count())?;
+        let planes = std::mem::take(&mut frame.planes);
+        said.add(frame, &self.options.limits.running);
+        Ok((planes, self.signs(pixels, samples)))
     }
 
     /// The means of pixels with the same even number of samples, plane by plane, and how far the later half
@@ -238,12 +322,7 @@ impl<'a> Shading<'a> {
         let (each, planes) = (samples.max(2) as usize, self.planes().len());
         let mut found = [vec![Vec::with_capacity(pixels.len()); planes], vec![Vec::new(); planes]];
         for pixels in pixels.chunks((TOGETHER / each).max(1)) {
-            let tools = (&self.pattern, &self.filter);
-            let points = SamplePoints::new(self.surface, pixels, 0..each as u32, tools);
-            let mut frame = self.run(&points, 0..points.count())?;
-            let planes = std::mem::take(&mut frame.planes);
-            said.add(frame, &self.options.limits.running);
-            let signs = self.signs(pixels, 0..each as u32);
+            let (planes, signs) = self.sampled(pixels, 0..each as u32, said)?;
             let [means, moves] = &mut found;
             for ((plane, means), moves) in planes.iter().zip(means).zip(moves) {
                 let one = |(at, words): (usize, &[u32])| {
@@ -264,46 +343,6 @@ impl<'a> Shading<'a> {
             }
         }
         Ok(found)
-    }
-
-    fn piece(
-        &self,
-        pixels: &[u32],
-        samples: Range<u32>,
-        estimate: bool,
-        batch: &mut Batch,
-    ) -> Result<(), RunError> {
-        let tools = (&self.pattern, &self.filter);
-        let points = SamplePoints::new(self.surface, pixels, samples.clone(), tools);
-        let each = samples.len().max(1);
-        let mut frame = self.run(&points, 0..points.count())?;
-        let planes = std::mem::take(&mut frame.planes);
-        batch.said.add(frame, &self.options.limits.running);
-        batch.blocks.resize(planes.len(), Vec::new());
-        let signs = self.signs(pixels, samples.clone());
-        let shown = if estimate { Shown::new(&self.pattern, &samples) } else { None };
-        let orders: Vec<&[u32]> = shown.as_ref().map_or_else(Vec::new, |shown| {
-            let number = |pixel: &u32| self.surface.pixel(*pixel as usize) as u32;
-            pixels.iter().map(|pixel| shown.order(number(pixel))).collect()
-        });
-        for (plane, blocks) in planes.iter().zip(&mut batch.blocks) {
-            let before = blocks.len();
-            blocks.resize(before + pixels.len(), Block::default());
-            let new = blocks.get_mut(before..).unwrap_or(&mut []);
-            let samples = Samples { words: &plane.words, signs: &signs, each, kind: plane.kind };
-            let some = |(number, to): (usize, &mut [Block])| {
-                let first = number * PIECE;
-                let orders = orders.get(first..(first + to.len()).min(orders.len())).unwrap_or(&[]);
-                let shown = shown.as_ref().map(|shown| (shown, orders));
-                error::blocks(samples.some(first, to.len()), shown, to);
-            };
-            if pixels.len() * each > 1 << 14 {
-                new.par_chunks_mut(PIECE).enumerate().for_each(some);
-            } else {
-                new.chunks_mut(PIECE).enumerate().for_each(some);
-            }
-        }
-        Ok(())
     }
 
     /// Whether samples have weights.

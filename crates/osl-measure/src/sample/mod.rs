@@ -22,15 +22,17 @@ mod pattern;
 mod points;
 mod prefilter;
 mod rate;
+mod round;
 mod rows;
 mod seen;
 mod surface;
+mod weights;
 mod within;
 
 pub use adapt::{Adaptive, adaptive};
 pub use bounds::{Reach, outputs, reaches};
 pub use filter::{Filter, FilterKind};
-pub use image::{Cheaper, Guard, Image, Shading, Tally};
+pub use image::{Cheaper, Guard, Image, PixelSamples, Shading, Tally};
 pub use max_error::{MaxError, PROMISED, max_error, max_error_each};
 pub(crate) use oracle::some_pixels;
 pub use oracle::{Check, Oracle, Watch, check, oracle};

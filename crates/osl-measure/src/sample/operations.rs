@@ -6,8 +6,9 @@ use osl_exec::{Frame, RunError, RunOptions};
 
 /// What a point takes besides its operations, in additions.
 const POINT: f64 = 20.0;
-/// What a sample takes besides its operations. **Units:** nanoseconds.
-const POINT_TIME: f64 = 6.0;
+/// What a sample takes besides its operations, and each of its values. **Units:** nanoseconds.
+const POINT_TIME: f64 = 0.8;
+const PLANE_TIME: f64 = 1.0;
 
 /// The operations of an evaluation, in additions: the mean over the centres of some pixels.
 ///
@@ -23,7 +24,8 @@ pub(super) fn operations(shading: &Shading<'_>, pixels: &[u32]) -> Result<f64, R
 /// # Errors
 /// A loop exceeds its budget.
 pub(super) fn nanoseconds(shading: &Shading<'_>, pixels: &[u32]) -> Result<f64, RunError> {
-    Ok(POINT_TIME + mean(shading, pixels, time)?)
+    let planes = shading.planes().len() as f64;
+    Ok(POINT_TIME + PLANE_TIME * planes + mean(shading, pixels, time)?)
 }
 
 /// The mean over some pixels of what their operations take.
@@ -75,14 +77,17 @@ fn time(name: &str) -> f64 {
         () if has("3d") => 2.0,
         () => 1.0,
     };
+    let is_of = |names: &[&str]| names.contains(&name.split('.').next().unwrap_or(name));
     match () {
-        () if is("texture") || is("environment") => 300.0,
-        () if is("spline") => 30.0,
-        () if has("gabor") || is("noise.named") => 350.0,
-        () if is("noise") && has("derivs") => 12.0 * axes(),
-        () if is("noise.cell") || is("noise.hash") => 0.2 * axes(),
-        () if is("noise") || is("pnoise") => 2.5 * axes() * if has("triple") { 2.0 } else { 1.0 },
-        () if is("if") => 2.5,
-        () => 0.05,
+        () if is("texture") || is("environment") => 200.0,
+        () if is("spline") => 26.0,
+        () if has("gabor") || is("noise.named") => 300.0,
+        () if is("noise") && has("derivs") => 2.5 * axes(),
+        () if is("noise.cell") || is("noise.hash") => 0.1 * axes(),
+        () if is("noise") || is("pnoise") => 1.7 * axes() * if has("triple") { 2.0 } else { 1.0 },
+        () if is("if") => 1.6,
+        () if is("loop") => 0.9,
+        () if is_of(&["sin", "cos", "tan", "asin", "acos", "atan2", "exp", "log", "pow"]) => 0.3,
+        () => 0.01,
     }
 }

@@ -30,7 +30,7 @@ pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Ora
     let samples = samples.clamp(2, MAX_SAMPLES).next_power_of_two();
     let half = |seed: u32| {
         let own = Shading { pattern: Pattern::new(samples / 2, seed), ..shading.clone() };
-        own.batch(pixels, 0..samples / 2, false)
+        own.batch(pixels, 0..samples / 2)
     };
     let (first, second) = (half(0x5eed)?, half(0xd15c)?);
     let both = |of: fn(f64, f64) -> f64| {

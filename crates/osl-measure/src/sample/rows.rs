@@ -24,7 +24,7 @@ impl Shading<'_> {
         let values: Vec<Vec<f32>> = if samples == 1 {
             self.centres(&pixels, &mut image.frame)?
         } else {
-            let batch = self.batch(&pixels, 0..samples, false)?;
+            let batch = self.batch(&pixels, 0..samples)?;
             image.frame = batch.said;
             batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
         };
@@ -41,7 +41,7 @@ impl Shading<'_> {
     /// # Errors
     /// A loop exceeds its budget.
     pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
-        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()), false)?;
+        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()))?;
         Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
     }
 }

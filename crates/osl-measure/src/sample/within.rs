@@ -159,7 +159,7 @@ impl<'a> Passes<'a> {
         let (samples, weights) = (f64::from(self.samples), &self.weights);
         let mean = |(at, sum): (usize, &f64)| {
             let weight = weights.get(at).map_or(samples, |weight| steady(*weight));
-            Block { weight, sum: *sum, ..Block::default() }.mean()
+            Block { weight, sum: *sum }.mean()
         };
         let values: Vec<Vec<f32>> =
             self.sums.iter().map(|plane| plane.iter().enumerate().map(mean).collect()).collect();

@@ -315,7 +315,7 @@ impl Rows for Sampled<'_, '_> {
             watch.note(&image, first);
         }
         if let Some(samples) = &mut self.samples {
-            samples.extend_from_slice(&image.samples);
+            samples.extend(image.samples.each());
         }
         (self.progress)(self.tally.pixels as usize);
         Ok(image.frame)

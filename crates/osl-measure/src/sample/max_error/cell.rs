@@ -17,23 +17,91 @@ pub(super) fn interpolate(values: &mut [f32], known: &[bool], width: usize, cell
         for x in left..=right {
             let at = y * width + x;
             if !known[at] {
-                values[at] = between(values, width, cell, [x as f32, y as f32]);
+                values[at] = Spot::between(width, cell, [x as f32, y as f32]).of(values);
             }
         }
     }
 }
 
-/// The value at a position in a cell, or slightly outside, from its corners.
-pub(super) fn between(
-    values: &[f32],
-    width: usize,
-    [left, right, top, bottom]: [usize; 4],
-    [x, y]: [f32; 2],
-) -> f32 {
-    let share = |at: f32, from: usize, to: usize| (at - from as f32) / (to - from).max(1) as f32;
-    let (s, t) = (share(x, left, right), share(y, top, bottom));
-    let line = |y: usize| mix(values[y * width + left], values[y * width + right], s);
-    mix(line(top), line(bottom), t)
+/// A position in a lattice, which is the same in every plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Spot {
+    /// In a cell, or slightly outside: the pixels at its corners, row by row, and the shares of the way
+    /// across and down.
+    Between([usize; 4], [f32; 2]),
+    /// Near a pixel of the lattice of all pixels that has eight neighbours: the one left above it, the width
+    /// of the image, and the distances from it.
+    Near(usize, usize, [f32; 2]),
+    /// Near another pixel of that lattice: the pixel, the size of the image, and the distances.
+    AtBorder([usize; 2], [usize; 2], [f32; 2]),
+}
+
+impl Spot {
+    /// A position in a cell, or slightly outside. The cell has its corners left, right, top and bottom.
+    pub(super) fn between(width: usize, [left, right, top, bottom]: [usize; 4], [x, y]: [f32; 2]) -> Spot {
+        let share = |at: f32, from: usize, to: usize| (at - from as f32) / (to - from).max(1) as f32;
+        let shares = [share(x, left, right), share(y, top, bottom)];
+        let [above, below] = [top, bottom].map(|y| y * width);
+        Spot::Between([above + left, above + right, below + left, below + right], shares)
+    }
+
+    /// A position in the lattice of all pixels.
+    pub(super) fn near([width, height]: [usize; 2], [x, y]: [f32; 2]) -> Spot {
+        let nearest = |at: f32, size: usize| ((at + 0.5).max(0.0) as usize).min(size - 1);
+        let (column, line) = (nearest(x, width), nearest(y, height));
+        let apart = [x - column as f32, y - line as f32];
+        let inside = |at: usize, size: usize| at > 0 && at + 1 < size;
+        match inside(column, width) && inside(line, height) {
+            true => Spot::Near((line - 1) * width + column - 1, width, apart),
+            false => Spot::AtBorder([column, line], [width, height], apart),
+        }
+    }
+
+    /// The lattice's prediction for one plane: interpolated between the corners of a cell or, in the lattice
+    /// of all pixels, on the parabolas through a pixel and its neighbours.
+    pub(super) fn of(&self, plane: &[f32]) -> f32 {
+        match *self {
+            Spot::Between([a, b, c, d], [s, t]) => {
+                mix(mix(plane[a], plane[b], s), mix(plane[c], plane[d], s), t)
+            }
+            Spot::Near(first, width, [s, t]) => {
+                let row = |number: usize| {
+                    let row = &plane[first + number * width..first + number * width + 3];
+                    [row[0], row[1], row[2]]
+                };
+                let [above, own, below] = [row(0), row(1), row(2)];
+                let twist = 0.25 * s * t * (above[0] + below[2] - below[0] - above[2]);
+                let down = curved([above[1], own[1], below[1]], t);
+                own[1] + curved(own, s) + down + twist
+            }
+            Spot::AtBorder([column, line], [width, height], [s, t]) => {
+                let here = plane[line * width + column];
+                let parabola = |before: Option<f32>, behind: Option<f32>, t: f32| match (before, behind) {
+                    (Some(a), Some(b)) => curved([a, here, b], t),
+                    (Some(a), None) => t * (here - a),
+                    (None, Some(b)) => t * (b - here),
+                    (None, None) => 0.0,
+                };
+                let pick = |x: usize, y: usize| (x < width && y < height).then(|| plane[y * width + x]);
+                let (left, above) = (column.wrapping_sub(1), line.wrapping_sub(1));
+                let (right, below) = (column + 1, line + 1);
+                let corners =
+                    [(left, above), (right, below), (left, below), (right, above)].map(|(x, y)| pick(x, y));
+                let twist = match corners {
+                    [Some(a), Some(b), Some(c), Some(d)] => 0.25 * s * t * (a + b - c - d),
+                    _ => 0.0,
+                };
+                let across = parabola(pick(left, line), pick(right, line), s);
+                let down = parabola(pick(column, above), pick(column, below), t);
+                here + across + down + twist
+            }
+        }
+    }
+}
+
+/// How much the parabola through three values differs from the middle one at a distance from it.
+fn curved([a, here, b]: [f32; 3], t: f32) -> f32 {
+    t * 0.5 * (b - a) + 0.5 * t * t * (a - 2.0 * here + b)
 }
 
 #[cfg(test)]

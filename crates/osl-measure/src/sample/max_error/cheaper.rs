@@ -6,9 +6,9 @@
 
 use super::Work;
 use super::probe::{Probes, distance};
-use crate::sample::bounds::weighted;
 use crate::sample::error::Block;
 use crate::sample::image::{Cheaper, Shading};
+use crate::sample::weights::weighted;
 use osl_exec::RunError;
 
 /// Minimum number of probes: with fewer, rare errors would be missed.
@@ -45,7 +45,7 @@ impl<'a> Work<'_, 'a> {
         slots: &[usize],
     ) -> Result<[f32; 2], RunError> {
         let pixels: Vec<u32> = slots.iter().map(|slot| probes.pixels[*slot] + self.first).collect();
-        let batch = other.batch(&pixels, 0..1, false)?;
+        let batch = other.batch(&pixels, 0..1)?;
         self.evaluations += pixels.len() as u64;
         let worst = |(values, blocks): (&Vec<f32>, &Vec<Block>)| {
             let one = |(slot, block): (&usize, &Block)| {

@@ -4,39 +4,38 @@
 
 use super::cell::corners;
 use super::{Work, count};
-use crate::sample::bounds::Weights;
 use crate::sample::rate::ticks;
+use crate::sample::weights::Weights;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// The largest curvatures over all planes at the pixels of one lattice line.
-#[derive(Default)]
-struct Line {
-    across: Vec<f32>,
-    down: Vec<f32>,
-}
-
-/// The curvatures of the cells of a lattice. Lines without pending pixels may have none.
+/// The curvatures of the cells of a lattice.
 pub(super) struct Curvatures {
     step: usize,
-    rows: Vec<Vec<f32>>,
+    /// Cells of a lattice line.
+    columns: usize,
+    /// Infinite in lines without pending pixels, unless they are known too.
+    cells: Vec<f32>,
+    /// Which lines are known.
+    wanted: Vec<bool>,
 }
 
 impl Curvatures {
     /// The curvatures of the cells of a lattice line.
     pub(super) fn row(&self, line: usize) -> &[f32] {
-        &self.rows[line]
+        self.cells.get(line * self.columns..(line + 1) * self.columns).unwrap_or(&[])
     }
 
-    /// Whether no curvature exceeds a limit.
+    /// Whether no known curvature exceeds a limit.
     pub(super) fn are_below(&self, limit: f32) -> bool {
-        self.rows.iter().all(|row| row.iter().all(|curvature| *curvature <= limit))
+        let mut rows = self.cells.chunks(self.columns.max(1)).zip(&self.wanted);
+        rows.all(|(row, wanted)| !wanted || row.iter().all(|curvature| *curvature <= limit))
     }
 
     /// The curvature of the cell that contains a pixel.
     pub(super) fn at(&self, [x, y]: [usize; 2]) -> f32 {
-        self.rows[y / self.step][x / self.step]
+        self.row(y / self.step).get(x / self.step).copied().unwrap_or(f32::INFINITY)
     }
 }
 
@@ -94,43 +93,38 @@ impl Planes<'_> {
             wanted.get(line) == Some(&true) || below == Some(&true)
         };
         let columns = self.width.div_ceil(step);
-        let (across, down) = (ticks(0..self.width, step), ticks(0..self.height, step));
+        let (across, down) = (ticks(0..self.width, step).len(), ticks(0..self.height, step));
         let lattices: Vec<(Cow<'_, [f32]>, f32)> =
             self.weighty().map(|(plane, weight)| (self.lattice(plane, &down, step), weight)).collect();
-        let lines: Vec<Line> = down
-            .into_par_iter()
-            .enumerate()
-            .with_min_len(16)
-            .map(|(line, y)| match is_wanted(line) {
-                true => self.line(&lattices, (line, y), (across.len(), step)),
-                false => Line::default(),
-            })
-            .collect();
-        let row = |y: usize| {
-            if !wanted[y] {
-                return Vec::new();
-            }
-            let above = &lines[y];
+        // The largest curvatures over all planes at the pixels of each lattice line, along it and across it.
+        let mut lines = vec![0.0; 2 * across * down.len()];
+        let all = lines.par_chunks_mut(2 * across).zip(&down).enumerate().with_min_len(16);
+        all.filter(|(line, _)| is_wanted(*line)).for_each(|(line, (largest, y))| {
+            self.line(&lattices, (line, *y), step, largest.split_at_mut(across));
+        });
+        let mut cells = vec![f32::INFINITY; columns * wanted.len()];
+        let all = cells.par_chunks_mut(columns).zip(&wanted).enumerate().with_min_len(16);
+        all.filter(|(_, (_, wanted))| **wanted).for_each(|(line, (cells, _))| {
+            let last = down.len() - 1;
+            let [above, below] =
+                [line, line + 1].map(|line| lines[2 * across * line.min(last)..].split_at(across));
+            let (below_across, below_down) = (below.0, &below.1[..across]);
             if step == 1 {
-                let both = above.across.iter().zip(&above.down);
-                return both.map(|(across, down)| (across + down) / 8.0).collect();
+                let both = above.0.iter().zip(above.1);
+                cells.iter_mut().zip(both).for_each(|(cell, (across, down))| *cell = (across + down) / 8.0);
+                return;
             }
-            let below = &lines[(y + 1).min(lines.len() - 1)];
-            let [across, down] =
-                [(&above.across, &below.across), (&above.down, &below.down)].map(|(a, b)| {
-                    let largest: Vec<f32> = a.iter().zip(b).map(|(a, b)| larger(*a, *b)).collect();
-                    let mut of_cells: Vec<f32> =
-                        largest.iter().zip(&largest[1..]).map(|(a, b)| larger(*a, *b)).collect();
-                    // A border that is a column of the lattice has a cell of its own.
-                    of_cells.extend(largest.last());
-                    of_cells.truncate(columns);
-                    of_cells
-                });
-            across.into_iter().zip(down).map(|(across, down)| (across + down) / 8.0).collect()
-        };
-        let rows: Vec<Vec<f32>> =
-            (0..self.height.div_ceil(step)).into_par_iter().with_min_len(16).map(row).collect();
-        Curvatures { step, rows }
+            let largest = |above: &[f32], below: &[f32], from: usize, to: usize| {
+                larger(larger(above[from], below[from]), larger(above[to], below[to]))
+            };
+            for (column, cell) in cells.iter_mut().enumerate() {
+                // A border that is a column of the lattice has a cell of its own.
+                let next = (column + 1).min(across - 1);
+                let along = largest(above.0, below_across, column, next);
+                *cell = (along + largest(above.1, below_down, column, next)) / 8.0;
+            }
+        });
+        Curvatures { step, columns, cells, wanted }
     }
 
     /// The pixels of a lattice alone, row by row. `lines` are its rows.
@@ -149,45 +143,47 @@ impl Planes<'_> {
         pixels.into()
     }
 
-    /// The curvatures at the pixels of one lattice line: its number, and its row in the image. `lattices`
-    /// are the pixels of the lattice in each plane, and the plane's factor.
+    /// The curvatures at the pixels of one lattice line, which has a number and is a row of the image: along
+    /// the line, and across it. `lattices` are the pixels of the lattice in each plane, and the plane's
+    /// factor.
     fn line(
         &self,
         lattices: &[(Cow<'_, [f32]>, f32)],
-        (line, y): (usize, usize),
-        (columns, step): (usize, usize),
-    ) -> Line {
+        (number, y): (usize, usize),
+        step: usize,
+        (across, down): (&mut [f32], &mut [f32]),
+    ) {
+        let columns = across.len();
         let last = inside(self.width, step).map_or(0, |(_, last)| last / step);
         let middle = inside(self.height, step).map(|(first, last)| y.clamp(first, last) / step);
-        let number = line;
-        let mut line = Line { across: vec![0.0; columns], down: vec![0.0; columns] };
         // At the borders, use the curvature of the neighbouring column.
         let mut twist = vec![0.0; if step == 1 { columns } else { 0 }];
         for (pixels, weight) in lattices {
             let weight = *weight;
             let row = |line: usize| &pixels[line * columns..(line + 1) * columns];
             let here = row(number);
-            seconds(&mut line.across[..=last], [here; 3], ([0, 1, 2], weight));
+            seconds(&mut across[..=last], [here; 3], ([0, 1, 2], weight));
             let Some(middle) = middle else { continue };
             let rows = [row(middle - 1), row(middle), row(middle + 1)];
-            for (down, ((a, b), c)) in line.down.iter_mut().zip(rows[0].iter().zip(rows[1]).zip(rows[2])) {
+            for (down, ((a, b), c)) in down.iter_mut().zip(rows[0].iter().zip(rows[1]).zip(rows[2])) {
                 *down = larger(*down, weight * bent(*a, *b, *c));
             }
             if step == 1 {
                 // A feature the size of a pixel may touch only its corner.
-                seconds(&mut line.across[..=last], rows, ([0, 1, 2], weight));
+                seconds(&mut across[..=last], rows, ([0, 1, 2], weight));
                 seconds(&mut twist[..=last], rows, ([2, 1, 0], weight));
             }
         }
-        for of in [&mut line.across, &mut twist] {
+        let of_border = |of: &mut [f32]| {
             if last > 0 && !of.is_empty() {
                 of[0] = of[1];
                 let end = of[last];
                 of[last + 1..].fill(end);
             }
-        }
-        line.down.iter_mut().zip(twist).for_each(|(down, twist)| *down = larger(*down, twist));
-        line
+        };
+        of_border(across);
+        of_border(&mut twist);
+        down.iter_mut().zip(twist).for_each(|(down, twist)| *down = larger(*down, twist));
     }
 
     /// The estimated error of a pixel that is interpolated in a cell: an eighth of the lattice's curvature at

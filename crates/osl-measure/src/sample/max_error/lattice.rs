@@ -1,6 +1,6 @@
 //! Pixels on a lattice: computing them, interpolating between them, and accepting the interpolated pixels.
 
-use super::cell::{between, corners, interpolate};
+use super::cell::{Spot, corners, interpolate};
 use super::curvature::Curvatures;
 use super::policy::{COARSE, WHOLE, WIDEST};
 use super::{Work, above, add_set, count, scatter};
@@ -252,53 +252,15 @@ impl Work<'_, '_> {
         }
     }
 
-    /// The lattice's prediction at a position, for one plane: interpolated between the corners of a cell or,
-    /// in the lattice of all pixels, on the parabolas through a pixel and its neighbours.
-    pub(super) fn at(&self, plane: &[f32], [x, y]: [f32; 2], step: usize) -> f32 {
+    /// A position in a lattice.
+    pub(super) fn spot(&self, [x, y]: [f32; 2], step: usize) -> Spot {
+        if step == 1 {
+            return Spot::near([self.width, self.height], [x, y]);
+        }
         let nearest = |at: f32, size: usize| (at.max(0.0) as usize).min(size - 1);
-        if step > 1 {
-            let cell = self.cell(nearest(x, self.width), nearest(y, self.height), step);
-            return between(plane, self.width, cell, [x, y]);
-        }
-        let (column, line) = (nearest(x + 0.5, self.width), nearest(y + 0.5, self.height));
-        let [s, t] = [x - column as f32, y - line as f32];
-        let inside = |at: usize, size: usize| at > 0 && at + 1 < size;
-        if inside(column, self.width) && inside(line, self.height) {
-            let first = (line - 1) * self.width + column - 1;
-            let row = |number: usize| {
-                let row = &plane[first + number * self.width..first + number * self.width + 3];
-                [row[0], row[1], row[2]]
-            };
-            let [above, own, below] = [row(0), row(1), row(2)];
-            let twist = 0.25 * s * t * (above[0] + below[2] - below[0] - above[2]);
-            let down = curved([above[1], own[1], below[1]], t);
-            return own[1] + curved(own, s) + down + twist;
-        }
-        let here = plane[line * self.width + column];
-        let parabola = |before: Option<f32>, behind: Option<f32>, t: f32| match (before, behind) {
-            (Some(a), Some(b)) => curved([a, here, b], t),
-            (Some(a), None) => t * (here - a),
-            (None, Some(b)) => t * (b - here),
-            (None, None) => 0.0,
-        };
-        let pick =
-            |x: usize, y: usize| (x < self.width && y < self.height).then(|| plane[y * self.width + x]);
-        let (left, above) = (column.wrapping_sub(1), line.wrapping_sub(1));
-        let (right, below) = (column + 1, line + 1);
-        let corners = [(left, above), (right, below), (left, below), (right, above)].map(|(x, y)| pick(x, y));
-        let twist = match corners {
-            [Some(a), Some(b), Some(c), Some(d)] => 0.25 * s * t * (a + b - c - d),
-            _ => 0.0,
-        };
-        let across = parabola(pick(left, line), pick(right, line), s);
-        let down = parabola(pick(column, above), pick(column, below), t);
-        here + across + down + twist
+        let cell = self.cell(nearest(x, self.width), nearest(y, self.height), step);
+        Spot::between(self.width, cell, [x, y])
     }
-}
-
-/// How much the parabola through three values differs from the middle one at a distance from it.
-fn curved([a, here, b]: [f32; 3], t: f32) -> f32 {
-    t * 0.5 * (b - a) + 0.5 * t * t * (a - 2.0 * here + b)
 }
 
 /// Settles the pixels of a row in cells of a width whose curvature is at most a limit.

@@ -24,10 +24,11 @@ pub(super) struct Rung {
 
 /// Pixels in the order of their estimates. A NaN estimate, of a pixel that was finished earlier, counts as 0.
 pub(super) fn order(estimates: &[f32]) -> Arc<[(f32, u32)]> {
-    let known = |estimate: f32| if estimate.is_nan() { 0.0 } else { estimate };
-    let mut order: Vec<(f32, u32)> = estimates.iter().zip(0..).map(|(e, slot)| (known(*e), slot)).collect();
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    order.into()
+    // The bits of estimates, which are not negative, have their order.
+    let key = |(estimate, slot): (&f32, u64)| u64::from(estimate.max(0.0).to_bits()) << 32 | slot;
+    let mut keys: Vec<u64> = estimates.iter().zip(0..).map(key).collect();
+    keys.sort_unstable();
+    keys.into_iter().map(|key| (f32::from_bits((key >> 32) as u32), key as u32)).collect()
 }
 
 impl Rung {
@@ -83,23 +84,21 @@ const BESIDE: usize = 256;
 
 /// The cheapest limits at which at most `allowed` pilot pixels exceed `bound`. If there are none, the last
 /// sample count for all pixels.
-pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
+pub(super) fn steps(rungs: &[Rung], (bound, allowed): (f32, f32), estimating: f32) -> Steps {
     // Limits fit the pixels that they were learned from too well, so the limits of one half are judged on the
     // other half.
     let chances: Vec<Vec<f32>> = rungs.iter().map(|rung| rung.chances(bound)).collect();
     let [whole, first, second] = sorted(rungs, &chances);
-    let halves = [first, second];
     let most =
         rungs.last().map_or(1.0, |r| r.samples as f32) * rungs.first().map_or(1, |r| r.tried.len()) as f32;
     // From 0 to 1 the price rises; from 1 to 2 the limits shrink.
-    let limits = |rungs: &[Sorted], care: f32| {
+    let limits = |part: &[Sorted], care: f32| {
         let price = f_expm1f(care.min(1.0) * f_log1pf(most));
-        priced(rungs, price).shrunk((2.0 - care).min(1.0))
+        priced(part, price, estimating).shrunk((2.0 - care).min(1.0))
     };
     let judged = |care: f32| {
-        let one =
-            |from: usize| off(rungs, &chances, &limits(&halves[from], care).limits, |slot| slot % 2 != from);
-        let (first, second) = rayon::join(|| one(0), || one(1));
+        let one = |own: &[Sorted], other: &[Sorted]| off(other, &limits(own, care).limits);
+        let (first, second) = rayon::join(|| one(&first, &second), || one(&second, &first));
         first + second
     };
     let (mut low, mut high) = (0.0, 2.0);
@@ -121,18 +120,15 @@ pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
 }
 
 /// Expected number of failures among some pixels under some limits.
-fn off(rungs: &[Rung], chances: &[Vec<f32>], limits: &[(u32, f32)], which: impl Fn(usize) -> bool) -> f32 {
-    let count = rungs.first().map_or(0, |rung| rung.tried.len());
-    let done = |slot: usize| {
-        let mut tried = rungs.iter().zip(chances).zip(limits);
-        // A NaN estimate means that the pixel was finished earlier.
-        let done = |(rung, limit): (&Rung, f32)| {
-            let estimate = rung.tried[slot].0;
-            !above(estimate, limit) || estimate.is_nan()
-        };
-        tried.find(|((rung, _), (_, limit))| done((rung, *limit))).map(|((_, chances), _)| chances[slot])
-    };
-    (0..count).filter(|slot| which(*slot)).filter_map(done).sum()
+fn off(rungs: &[Sorted], limits: &[(u32, f32)]) -> f32 {
+    let mut chances = vec![0.0; rungs.first().map_or(0, |rung| rung.chances.len())];
+    // The first rung at which a pixel is done counts, so that it is the last to write.
+    for (rung, (_, limit)) in rungs.iter().zip(limits).rev() {
+        for (chance, (estimate, own)) in chances.iter_mut().zip(rung.estimates.iter().zip(&rung.chances)) {
+            *chance = if estimate <= limit { *own } else { *chance };
+        }
+    }
+    chances.iter().sum()
 }
 
 /// Probability that a pixel exceeds the bound, given the pilot's estimate of its error.
@@ -159,19 +155,32 @@ pub(super) fn fixed(rungs: &[Rung], bound: f32, allowed: f32) -> Option<u32> {
     rungs.iter().find(|rung| rung.failed(bound) <= allowed).map(|rung| rung.samples)
 }
 
-/// A rung and some pixels in the order of their estimates.
+/// A rung and some of the pixels.
 struct Sorted {
     samples: u32,
-    order: Arc<[(f32, u32)]>,
-    /// For each pixel, the probability that a pixel with a similar estimate fails.
+    /// For each pixel, the estimate, which is below every limit for one that was finished earlier, and the
+    /// probability that it fails.
+    estimates: Vec<f32>,
+    chances: Vec<f32>,
+    /// The pixels in the order of their estimates, with these; and for each, the probability that a pixel
+    /// with a similar estimate fails.
+    order: Vec<(f32, u32)>,
     off: Vec<f32>,
 }
 
-/// All pixels, those with an even number and those with an odd one, by rungs.
+/// All pixels, those with an even number and those with an odd one, by rungs. The pixels of each part are
+/// numbered anew.
 fn sorted(rungs: &[Rung], chances: &[Vec<f32>]) -> [Vec<Sorted>; 3] {
     let each = |(rung, chances): (&Rung, &Vec<f32>)| {
-        let half = |odd: u32| rung.order.iter().copied().filter(|(_, slot)| slot % 2 == odd).collect();
-        [rung.order.clone(), half(0), half(1)].map(|order| Sorted::new(rung, order, chances))
+        // The next pixel is in either half by chance, which no processor predicts: nothing may jump here.
+        let mut halves = [0, 1].map(|_| Vec::with_capacity(rung.order.len() / 2 + 1));
+        rung.order.iter().for_each(|(e, slot)| halves[(slot % 2) as usize].push((*e, slot / 2)));
+        let [even, odd] = halves;
+        [
+            Sorted::new::<1>(rung, chances, (0, rung.order.to_vec())),
+            Sorted::new::<2>(rung, chances, (0, even)),
+            Sorted::new::<2>(rung, chances, (1, odd)),
+        ]
     };
     let all: Vec<[Sorted; 3]> = rungs.par_iter().zip(chances).map(each).collect();
     let mut parts = [Vec::new(), Vec::new(), Vec::new()];
@@ -180,48 +189,61 @@ fn sorted(rungs: &[Rung], chances: &[Vec<f32>]) -> [Vec<Sorted>; 3] {
 }
 
 impl Sorted {
-    fn new(rung: &Rung, order: Arc<[(f32, u32)]>, chances: &[f32]) -> Sorted {
+    /// Every `STEP`th pixel from one on, which are given in the order of their estimates.
+    fn new<const STEP: usize>(
+        rung: &Rung,
+        chances: &[f32],
+        (first, order): (usize, Vec<(f32, u32)>),
+    ) -> Sorted {
+        let known = |estimate: f32| if estimate.is_nan() { f32::NEG_INFINITY } else { estimate };
+        let estimates = rung.tried.iter().skip(first).step_by(STEP).map(|(e, _)| known(*e)).collect();
+        let chances: Vec<f32> = chances.iter().skip(first).step_by(STEP).copied().collect();
         let mut sums = Vec::with_capacity(order.len() + 1);
         let mut sum = 0.0_f32;
         sums.push(sum);
-        for (_, slot) in order.iter() {
+        for (_, slot) in &order {
             sum += chances[*slot as usize];
             sums.push(sum);
         }
         let beside = (order.len() / BESIDE).max(2);
-        let mut off = vec![0.0; rung.tried.len()];
-        for (at, (_, slot)) in order.iter().enumerate() {
+        let average = |at: usize| {
             let (from, to) = (at.saturating_sub(beside), (at + beside + 1).min(order.len()));
-            off[*slot as usize] = (sums[to] - sums[from]) / (to - from) as f32;
-        }
-        Sorted { samples: rung.samples, order, off }
+            (sums[to] - sums[from]) / (to - from) as f32
+        };
+        let off = (0..order.len()).map(average).collect();
+        Sorted { samples: rung.samples, estimates, chances, order, off }
     }
 }
 
-/// The cheapest limits at a given price.
-fn priced(rungs: &[Sorted], price: f32) -> Steps {
+/// The cheapest limits at a given price of a failed pixel. A limit also costs `estimating` for each pixel.
+fn priced(rungs: &[Sorted], price: f32, estimating: f32) -> Steps {
     let Some((last, before)) = rungs.split_last() else { return Steps::default() };
     let mut limits = vec![(last.samples, f32::INFINITY)];
     // The cost of a pixel from this rung on, if it is not finished here.
-    let mut ahead: Vec<f32> = last.off.iter().map(|off| price * off).collect();
+    let mut ahead = vec![0.0; last.order.len()];
+    let finish = |rung: &Sorted, count: usize, ahead: &mut [f32]| {
+        let done = rung.order.iter().zip(&rung.off).take(count);
+        done.for_each(|((_, slot), off)| ahead[*slot as usize] = price * off);
+    };
+    finish(last, last.order.len(), &mut ahead);
     let mut next = last.samples;
     for rung in before.iter().rev() {
         let step = (next - rung.samples) as f32;
-        let (mut gain, mut best, mut count) = (0.0_f64, 0.0_f64, 0);
-        for (at, (estimate, slot)) in rung.order.iter().enumerate() {
-            let slot = *slot as usize;
-            gain += f64::from(step + ahead[slot] - price * rung.off[slot]);
-            let ends = rung.order.get(at + 1).is_none_or(|(next, _)| next > estimate);
-            if ends && gain > best {
+        let cost = f64::from(estimating) * rung.order.len() as f64;
+        let (mut gain, mut best, mut count) = (0.0_f64, cost, 0);
+        for (at, ((estimate, slot), off)) in rung.order.iter().zip(&rung.off).enumerate() {
+            gain += f64::from(step + ahead[*slot as usize] - price * off);
+            // Pixels with the same estimate are finished together.
+            let ends = || rung.order.get(at + 1).is_none_or(|(next, _)| next > estimate);
+            if gain > best && ends() {
                 (best, count) = (gain, at + 1);
             }
         }
         let limit = if count == 0 { NEVER } else { rung.order[count - 1].0 };
         limits.push((rung.samples, limit));
+        let step = if count == 0 { step } else { step + estimating };
         ahead.iter_mut().for_each(|ahead| *ahead += step);
-        for (_, slot) in &rung.order[..count] {
-            ahead[*slot as usize] = price * rung.off[*slot as usize];
-        }
+        finish(rung, count, &mut ahead);
         next = rung.samples;
     }
     limits.reverse();
@@ -233,14 +255,14 @@ impl Steps {
     fn shrunk(mut self, share: f32) -> Steps {
         let before = self.limits.len().saturating_sub(1);
         for (_, limit) in self.limits.iter_mut().take(before) {
-            *limit = if share > 0.0 { *limit * share } else { NEVER };
+            *limit = if share > 0.0 && *limit >= 0.0 { *limit * share } else { NEVER };
         }
         self
     }
 
     /// Adds up the samples that the pilot would take.
     fn count(&mut self, rungs: &[Sorted]) {
-        let mut done = vec![false; rungs.first().map_or(0, |rung| rung.off.len())];
+        let mut done = vec![false; rungs.first().map_or(0, |rung| rung.order.len())];
         let mut left = done.len();
         for (rung, (samples, limit)) in rungs.iter().zip(&self.limits) {
             self.rounds += if *limit > NEVER { left as f64 } else { 0.0 };
@@ -271,7 +293,7 @@ mod tests {
     #[test]
     fn those_go_on_whose_estimate_says_so() {
         let own = |i: usize| (i as f32 / 50.0, i as f32 / 50.0);
-        let found = steps(&rungs(own, |_| (0.1, 0.1)), 1.0, 0.0);
+        let found = steps(&rungs(own, |_| (0.1, 0.1)), (1.0, 0.0), 0.0);
         let limit = found.limits[0].1;
         assert!((0.6..1.0).contains(&limit) && found.limits[1] == (8, f32::INFINITY), "{found:?}");
         assert_eq!(found.failed, 0.0);
@@ -281,16 +303,16 @@ mod tests {
     fn failures_are_spent_where_they_save_most() {
         // One pixel of the worst kind that happens to have a good estimate.
         let own = |i: usize| (i as f32 / 100.0, if i == 40 { 2.0 } else { 0.1 });
-        let never = steps(&rungs(own, |_| (0.1, 0.1)), 1.0, 0.0);
+        let never = steps(&rungs(own, |_| (0.1, 0.1)), (1.0, 0.0), 0.0);
         assert!(never.limits[0].1 < 0.4 && never.failed == 0.0, "{never:?}");
-        let one = steps(&rungs(own, |_| (0.1, 0.1)), 1.0, 1.0);
+        let one = steps(&rungs(own, |_| (0.1, 0.1)), (1.0, 1.0), 0.0);
         assert_eq!((one.limits[0].1, one.failed, one.work), (0.99, 1.0, 200.0));
     }
 
     #[test]
     fn where_nothing_helps_the_best_is_taken() {
         let bad = |_: usize| (0.5, 2.0);
-        let found = steps(&rungs(bad, |i| (0.1, if i == 0 { 2.0 } else { 0.1 })), 1.0, 0.0);
+        let found = steps(&rungs(bad, |i| (0.1, if i == 0 { 2.0 } else { 0.1 })), (1.0, 0.0), 0.0);
         assert_eq!((found.limits[0].1, found.failed), (NEVER, 1.0));
     }
 }

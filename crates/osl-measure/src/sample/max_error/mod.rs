@@ -27,13 +27,13 @@ mod scaled;
 mod uniform;
 
 use super::adapt::power_below;
-use super::bounds::Weights;
-use super::image::{Cheaper, Image, Shading, not_finite};
+use super::image::{Cheaper, Image, PixelSamples, Shading, not_finite};
+use super::weights::Weights;
 use curvature::Curvatures;
 use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
-use probe::{ErrorPair, Probes, trust};
+use probe::{ProbeError, Probes, Tried, trust};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
@@ -145,7 +145,7 @@ struct Work<'s, 'a> {
 struct Kept {
     curvatures: Option<Arc<Curvatures>>,
     /// The errors at the probes, as far as they were asked for.
-    errors: Vec<f32>,
+    errors: Vec<Option<ProbeError>>,
 }
 
 impl<'a> Work<'_, 'a> {
@@ -197,7 +197,7 @@ impl<'a> Work<'_, 'a> {
         }
         // The probes also show whether a cheaper arithmetic is good enough.
         let asks = !steps.is_empty() || self.shading.cheaper.is_some();
-        if self.is_rough(&found, pending) && asks {
+        if self.is_rough(&found, pending) && asks && probes.count() < pending.len() / PROBE[3] {
             // Sampling will be so expensive that a second test of the lattices costs little in comparison.
             found = self.settle_by(&mut steps, probes, PROBE[3], pending)?;
         }
@@ -220,7 +220,11 @@ impl<'a> Work<'_, 'a> {
         pending: &mut [bool],
     ) -> Result<LatticeOutcome, RunError> {
         let (fewest, most) = PEEKS;
-        let wanted = (pending.len() / each).clamp(fewest, most).min(pending.len());
+        let mut wanted = pending.len() / each;
+        if steps.contains(&1) {
+            wanted = wanted.max(SURE_PROBES.min(pending.len() / PROBE[3]));
+        }
+        let wanted = wanted.clamp(fewest, most).min(pending.len());
         self.probe(probes, wanted.saturating_sub(probes.count()))?;
         pending.fill(true);
         let mut found = LatticeOutcome::default();
@@ -259,16 +263,11 @@ impl<'a> Work<'_, 'a> {
     /// Whether a lattice is right around some probes.
     fn is_right(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<bool, RunError> {
         let tried = self.try_some(probes, open, step)?;
-        Ok(tried.iter().all(|(_, error)| *error <= CLOSE * self.wanted.error))
+        Ok(tried.iter().all(|(_, own)| own.error <= CLOSE * self.wanted.error))
     }
 
     /// Tries a lattice around some probes. Returns the estimated and the actual errors.
-    fn try_some(
-        &mut self,
-        probes: &Probes,
-        open: Vec<usize>,
-        step: usize,
-    ) -> Result<Vec<ErrorPair>, RunError> {
+    fn try_some(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
         let needed = probes.stencils(self, &some, step);
@@ -293,30 +292,30 @@ impl<'a> Work<'_, 'a> {
         let share = pending.len() as f32 / probes.count().max(1) as f32;
         let spare = (ALLOWED * pending.len() as f32 - off).max(0.0) / share;
         let most = TRUSTED[usize::from(step == 1)] * self.wanted.error;
-        let mut trust = trust(&tried, self.wanted.error, most, spare as usize);
+        let mut trust = trust(&tried, self.wanted.error, most, spare);
         if tried.len() < FEW && trust.failed == 0 {
             // A few pixels teach little: the lattice is then as good as its estimates.
             trust.limit = most;
         }
         self.settle(step, trust.limit, &curvatures, pending);
         // The feature that a probe hit may be larger than its pixel.
-        for (slot, (estimate, error)) in open.iter().zip(&tried) {
-            if *estimate <= trust.limit && above(*error, CLOSE * self.wanted.error) {
+        for (slot, (estimate, own)) in open.iter().zip(&tried) {
+            if *estimate <= trust.limit && above(own.error, CLOSE * self.wanted.error) {
                 probes.reopen(*slot, self.width, REACH, pending);
             }
         }
         let failed = trust.failed as f32 / probes.count().max(1) as f32;
-        let near = |(estimate, error): &&ErrorPair| {
-            *estimate <= trust.limit && *error > NEAR_FAILURE * self.wanted.error
+        let near = |(estimate, own): &&Tried| {
+            *estimate <= trust.limit && own.error > NEAR_FAILURE * self.wanted.error
         };
         let near = tried.iter().filter(near).count();
-        Ok(LatticeOutcome { off: trust.passed_over as f32 * share, failed, near })
+        Ok(LatticeOutcome { off: trust.passed_over * share, failed, near })
     }
 
     /// Whether a finer lattice is right around enough of the pending probes.
     fn is_worth(&mut self, probes: &Probes, pending: &[bool], step: usize) -> Result<bool, RunError> {
         let tried = self.try_some(probes, probes.open(pending), step)?;
-        let trust = trust(&tried, self.wanted.error, f32::MAX, 0);
+        let trust = trust(&tried, self.wanted.error, f32::MAX, 0.0);
         let some = tried.len() as f32;
         Ok(trust.good as f32 > WORTH[0] * some && trust.failed as f32 <= WORTH[1] * some)
     }
@@ -336,6 +335,12 @@ impl<'a> Work<'_, 'a> {
     /// Computes those of some centres that are not known yet. They may be in any order.
     fn compute_missing(&mut self, mut pixels: Vec<u32>) -> Result<(), RunError> {
         pixels.retain(|pixel| !self.known[*pixel as usize]);
+        if pixels.len() > self.known.len() / MANY {
+            // Looking at all pixels is quicker than to sort some.
+            let mut needed = vec![false; self.known.len()];
+            pixels.iter().for_each(|pixel| needed[*pixel as usize] = true);
+            return self.compute(&set(&needed));
+        }
         pixels.sort_unstable();
         pixels.dedup();
         self.compute(&pixels)
@@ -377,21 +382,20 @@ impl<'a> Work<'_, 'a> {
 
     fn image(&mut self) -> Image {
         let mut image = Image { frame: std::mem::take(&mut self.said), ..Image::default() };
-        let is_plain = self.samples.is_empty();
-        let mut samples = vec![0; self.known.len()];
-        samples.iter_mut().zip(&self.known).for_each(|(own, known)| *own = u32::from(*known));
-        samples.iter_mut().zip(&self.samples).for_each(|(own, more)| *own = (*own).max(*more));
+        let (known, mut samples) = (std::mem::take(&mut self.known), std::mem::take(&mut self.samples));
         let values = std::mem::take(&mut self.values);
         image.tally.evaluations = self.evaluations;
-        image.tally.pixels = self.known.len() as u64;
-        if is_plain {
-            let own = count(&self.known) as u64;
+        image.tally.pixels = known.len() as u64;
+        if samples.is_empty() {
+            let own = count(&known) as u64;
             image.tally.note(1, own);
             image.tally.note(0, image.tally.pixels - own);
+            image.samples = PixelSamples::Centres(known);
         } else {
+            samples.iter_mut().zip(&known).for_each(|(own, known)| *own = (*own).max(u32::from(*known)));
             image.tally.note_all(samples.iter().copied());
+            image.samples = PixelSamples::Each(samples);
         }
-        image.samples = samples;
         image.tally.unfinished = self.unfinished;
         image.tally.above = self.above;
         image.tally.cheaper = self.chosen;
@@ -418,6 +422,10 @@ fn count(pending: &[bool]) -> usize {
     let some = |pixels: &[bool]| usize::from(pixels.iter().map(|pending| u8::from(*pending)).sum::<u8>());
     pending.chunks(128).map(some).sum()
 }
+
+/// If more than one in so many pixels are given in any order, the pixels are put in order by a flag for each
+/// pixel of the image.
+const MANY: usize = 256;
 
 /// Flags that are looked at together. Most are equal to their neighbours.
 const CHUNK: usize = 32;

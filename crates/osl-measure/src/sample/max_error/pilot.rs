@@ -8,8 +8,8 @@ use super::learn::{Rung, Steps, clairvoyant, fixed, order, steps};
 use super::policy::*;
 use super::probe::distance;
 use crate::sample::adapt::Refiner;
-use crate::sample::bounds::{Weights, weighted};
 use crate::sample::oracle::some_pixels;
+use crate::sample::weights::weighted;
 use osl_exec::RunError;
 use pxfm::{f_log2f, f_powf};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ impl<'a> Work<'_, 'a> {
         let chosen = some_pixels(pixels.len(), wanted, seed).iter().map(|at| pixels[*at as usize]).collect();
         let mut pilot = Pilot::new(self, curvatures, chosen);
         let of = [pixels.len() as f32, self.known.len() as f32];
-        pilot.double()?;
+        pilot.take(pilot.first)?;
         loop {
             pilot.double()?;
             let last = pilot.refiner.samples > self.wanted.most || pilot.refiner.active.is_empty();
@@ -83,6 +83,12 @@ const LANES: usize = 8;
 /// Convergence is measured at this quantile of the pixel changes, because the largest changes matter.
 const LARGE: f32 = 0.95;
 
+/// The largest changes are those of one in so many pixels, and of at least so many pixels.
+const TAIL: usize = 100;
+const FEWEST_IN_TAIL: usize = 8;
+/// The smallest share of the expected changes that is believed.
+const LEAST_TAIL: f32 = 0.7;
+
 struct Pilot<'a> {
     refiner: Refiner<'a>,
     /// For each pixel, the curvature of the coarsest lattice around it.
@@ -91,9 +97,14 @@ struct Pilot<'a> {
     bound: f32,
     /// The time of estimating a pixel's error, in evaluations.
     estimating: f64,
+    /// The smallest number of samples that is tried.
+    first: u32,
     /// The rate at which squared errors fall, as a power of the sample count: 1 if samples are no better than
     /// independent ones, 3 if the shader is smooth.
     convergence: f32,
+    /// A factor on the largest changes of pixels by the last doubling, as a share of their errors before,
+    /// which are smaller than the convergence says where edges lie along the sides of the pixels.
+    tail: f32,
     /// Minimum samples per pixel: enough to hit any feature large enough to change the pixel by the bound.
     min_samples: u32,
 }
@@ -107,6 +118,8 @@ struct Round {
     order: Arc<[(f32, u32)]>,
     /// For each plane, the values of the pixels.
     values: Vec<Vec<f32>>,
+    /// How far the pixels moved in this round, the largest over the planes.
+    moves: Vec<f32>,
 }
 
 impl<'a> Pilot<'a> {
@@ -120,14 +133,19 @@ impl<'a> Pilot<'a> {
             rounds: Vec::new(),
             bound: work.wanted.error,
             estimating: work.estimating,
+            first: if work.estimating < DEAR_ESTIMATE { 2 } else { 4 },
             convergence: SLOWEST,
+            tail: 1.0,
             min_samples: min_samples.next_power_of_two(),
         }
     }
 
-    /// Doubles the sample count and records the estimates and the values.
     fn double(&mut self) -> Result<(), RunError> {
-        let samples = (2 * self.refiner.samples).max(2);
+        self.take(2 * self.refiner.samples)
+    }
+
+    /// Brings the active pixels to a number of samples, and records the estimates and the values.
+    fn take(&mut self, samples: u32) -> Result<(), RunError> {
         self.refiner.round(samples, true)?;
         let mut estimates = vec![f32::NAN; self.guards.len()];
         for slot in &self.refiner.active {
@@ -135,8 +153,11 @@ impl<'a> Pilot<'a> {
             estimates[*slot] = estimate(error, moved, self.guards[*slot], samples);
         }
         let order = order(&estimates);
-        self.rounds.push(Round { samples, estimates, order, values: self.refiner.means() });
+        let values = self.refiner.means();
+        let moves = self.rounds.last().map_or_else(Vec::new, |last| self.moves(&last.values, &values));
+        self.rounds.push(Round { samples, estimates, order, values, moves });
         self.convergence = self.measured_convergence();
+        self.tail = self.measured_tail();
         Ok(())
     }
 
@@ -178,7 +199,7 @@ impl<'a> Pilot<'a> {
         if count < MANY_PIXELS && !last {
             // Few pixels cannot distinguish one failure from three, so limits from them are stricter.
             let [bold, share] = SMALL;
-            let found = steps(&rungs, bold * self.bound, share * allowed);
+            let found = self.steps(&rungs, bold, share * allowed);
             if found.failed <= share * allowed {
                 return Some(self.plain(found, &rungs, allowed));
             }
@@ -187,24 +208,29 @@ impl<'a> Pilot<'a> {
             // Pixels that exceed the bound with all their samples do not make the others dearer.
             let never = rungs.last().map_or(0.0, |rung| rung.failed(self.bound));
             let few = if never <= ALLOWED_OF_FEW * count { UNAVOIDABLE * never } else { 0.0 };
-            let found = steps(&rungs, self.bound, allowed.max(few));
+            let found = self.steps(&rungs, 1.0, allowed.max(few));
             return Some(Steps { short: found.failed > allowed, ..found });
         }
-        let found = steps(&rungs, BOLD * self.bound, allowed);
+        let found = self.steps(&rungs, BOLD, allowed);
         if found.failed > allowed {
             rungs.push(self.next(&rungs)?);
-            let found = steps(&rungs, BOLD * self.bound, allowed);
+            let found = self.steps(&rungs, BOLD, allowed);
             let is_good = found.failed <= allowed && !affordable(&rungs, &found, 2.0);
             return is_good.then(|| self.plain(found, &rungs, allowed));
         }
         // If adaptive sampling saves much, a stricter threshold is affordable.
         let care = CARE * allowed;
-        let careful = steps(&rungs, CAREFUL * self.bound, care);
+        let careful = self.steps(&rungs, CAREFUL, care);
         if careful.failed <= care {
             let is_affordable = affordable(&rungs, &careful, 1.0);
             return Some(if is_affordable { careful } else { self.plain(found, &rungs, allowed) });
         }
         (!affordable(&rungs, &careful, 2.0)).then(|| self.plain(found, &rungs, allowed))
+    }
+
+    /// The cheapest limits at which few enough pixels exceed a share of the bound.
+    fn steps(&self, rungs: &[Rung], share: f32, allowed: f32) -> Steps {
+        steps(rungs, (share * self.bound, allowed), self.estimating as f32)
     }
 
     /// The same number of samples for all pixels, if limits do not save the time that estimates take.
@@ -240,60 +266,87 @@ impl<'a> Pilot<'a> {
     /// A sample count, judged by the last.
     fn rung(&self, round: &Round, last: &Round) -> Rung {
         let power = self.convergence;
-        let weights = &self.refiner.weights;
         // The reference contains these samples, so the true difference is larger.
-        let seen = |all: u32| (1.0 - f_powf(round.samples as f32 / all as f32, power)).sqrt();
+        let seen = |all: u32| {
+            let tail = if all == 2 * round.samples { self.tail } else { 1.0 };
+            tail * seen_share(round.samples, all, power)
+        };
         let known: Vec<(u32, f32)> = self.rounds.iter().map(|r| (r.samples, seen(r.samples))).collect();
-        let error = |slot: usize| {
-            let all = self.refiner.each[slot];
-            if all <= round.samples {
+        let error = |(moved, all): (f32, &u32)| {
+            if *all <= round.samples {
                 return 0.0;
             }
-            let seen = known
-                .iter()
-                .find(|(samples, _)| *samples == all)
-                .map_or_else(|| seen(all), |(_, seen)| *seen);
-            moved(round, last, slot, weights) / seen
+            let known = known.iter().find(|(samples, _)| samples == all);
+            moved / known.map_or_else(|| seen(*all), |(_, seen)| *seen)
         };
-        let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
+        let errors = self.moves(&round.values, &last.values).into_iter().zip(&self.refiner.each).map(error);
+        let tried = round.estimates.iter().copied().zip(errors).collect();
         Rung::new(round.samples, tried, round.order.clone(), self.bound)
+    }
+
+    /// How far the pixels moved between two rounds with these values, the largest over the planes.
+    fn moves(&self, from: &[Vec<f32>], to: &[Vec<f32>]) -> Vec<f32> {
+        let mut moves = vec![0.0_f32; self.guards.len()];
+        for ((from, to), weight) in from.iter().zip(to).zip(self.refiner.weights.iter()) {
+            for (moved, (a, b)) in moves.iter_mut().zip(from.iter().zip(to)) {
+                *moved = moved.max(weighted(distance(*a, *b), weight));
+            }
+        }
+        moves
     }
 
     /// The rate at which squared errors fall, measured by how much less the last samples moved the pixels
     /// than the samples before.
     fn measured_convergence(&self) -> f32 {
-        let [.., first, second, third] = &self.rounds[..] else { return SLOWEST };
+        let [.., _, second, third] = &self.rounds[..] else { return SLOWEST };
         let slots = &self.refiner.active;
-        let large = |from: &Round, to: &Round| {
-            let mut moves: Vec<f32> =
-                slots.iter().map(|slot| moved(from, to, *slot, &self.refiner.weights)).collect();
+        let large = |round: &Round| {
+            let mut moves: Vec<f32> = slots.iter().map(|slot| round.moves[*slot]).collect();
             let at = (LARGE * moves.len() as f32) as usize;
             if at >= moves.len() {
                 return 0.0;
             }
             *moves.select_nth_unstable_by(at, f32::total_cmp).1
         };
-        let ratio = large(first, second) / large(second, third);
+        let ratio = large(second) / large(third);
         if ratio.is_finite() { (2.0 * f_log2f(ratio)).clamp(SLOWEST, FASTEST) } else { SLOWEST }
+    }
+
+    /// How much less of the largest errors the last samples show than [`seen_share`] says. The errors two
+    /// rounds ago are seen twice: by as many samples again, and by three times as many.
+    fn measured_tail(&self) -> f32 {
+        let [.., first, second, third] = &self.rounds[..] else { return 1.0 };
+        let count = (self.guards.len() / TAIL).max(FEWEST_IN_TAIL).min(self.guards.len());
+        let large = |mut moves: Vec<f32>| {
+            moves.retain(|x| x.is_finite());
+            if moves.len() > count {
+                moves.select_nth_unstable_by(count, |a, b| b.total_cmp(a));
+                moves.truncate(count);
+            }
+            moves.iter().map(|x| x * x).sum::<f32>()
+        };
+        let [by_second, by_third] =
+            [large(second.moves.clone()), large(self.moves(&first.values, &third.values))];
+        let seen = |to: &Round| seen_share(first.samples, to.samples, self.convergence);
+        let tail = (by_second / by_third).sqrt() * seen(third) / seen(second);
+        if tail.is_finite() { tail.clamp(LEAST_TAIL, 1.0) } else { 1.0 }
     }
 
     /// Drops pixels for which further samples would show nothing new.
     fn drop_settled(&mut self) {
-        let [.., before, last] = &self.rounds[..] else { return };
+        let [.., _, last] = &self.rounds[..] else { return };
         let enough = DROPPED * self.bound;
         let min_samples = self.min_samples;
-        let weights = self.refiner.weights.clone();
-        let small =
-            |slot: usize| last.estimates[slot] <= enough && moved(before, last, slot, &weights) <= enough;
+        let small = |slot: usize| last.estimates[slot] <= enough && last.moves[slot] <= enough;
         let samples = last.samples;
         self.refiner.settle(|slot, _| samples >= min_samples && small(slot));
     }
 }
 
-/// The largest change of a pixel between two rounds, over all planes.
-fn moved(from: &Round, to: &Round, slot: usize, weights: &Weights) -> f32 {
-    let planes = from.values.iter().zip(&to.values).zip(weights.iter());
-    planes.map(|((a, b), weight)| weighted(distance(a[slot], b[slot]), weight)).fold(0.0, f32::max)
+/// The part of the error of some samples that shows in their distance from the mean of all, which contains
+/// them. `power` is the rate at which squared errors fall.
+fn seen_share(samples: u32, all: u32, power: f32) -> f32 {
+    (1.0 - f_powf(samples as f32 / all as f32, power)).sqrt()
 }
 
 /// The estimated error of a pixel: its standard error combined with the change by the later half of its

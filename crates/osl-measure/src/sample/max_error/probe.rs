@@ -4,23 +4,16 @@
 //! lattice is right at these positions too, not only at pixel centres. Some of the probes fail where the
 //! lattice is too coarse or where the shader varies within a pixel.
 
-use super::policy::{BELOW_FAILED, CLOSE, EVIDENCE, FEW};
+use super::policy::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, SECOND_LOOKS};
 use super::{Work, above};
-use crate::sample::bounds::weighted;
 use crate::sample::oracle::some_pixels;
 use crate::sample::pattern::hash;
+use crate::sample::weights::weighted;
 use osl_exec::RunError;
 
-/// Samples for a pixel whose probe failed: the mean of the pixel may still be right.
-const SECOND_LOOK: u32 = 32;
 /// Standard errors added to the mean of a second look. They assume independent samples; the actual error is
 /// smaller.
 const DOUBT: f32 = 0.5;
-/// In place of an error that was not computed yet.
-const UNKNOWN: f32 = -1.0;
-/// At most one in so many probes may get a second look.
-const SECOND_LOOKS: usize = 50;
-
 /// First samples of pixels.
 #[derive(Default)]
 pub(super) struct Probes {
@@ -34,6 +27,26 @@ pub(super) struct Probes {
 
 /// An estimated error and the actual error.
 pub(super) type ErrorPair = (f32, f32);
+
+/// The error of a lattice at a probe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ProbeError {
+    pub(super) error: f32,
+    /// How many pixels whose error is as large a probe stands for. A feature that covers a tenth of its pixel
+    /// is seen by one probe in ten.
+    pub(super) stands_for: f32,
+    /// Whether the probe had a second look.
+    sure: bool,
+}
+
+impl ProbeError {
+    fn of(error: f32) -> ProbeError {
+        ProbeError { error, stands_for: 1.0, sure: false }
+    }
+}
+
+/// An estimated error, and the error at a probe.
+pub(super) type Tried = (f32, ProbeError);
 
 impl Probes {
     /// The number of probes.
@@ -76,19 +89,21 @@ impl Work<'_, '_> {
         }
         let found = self.shading.firsts(&self.in_image(&chosen), &mut self.said)?;
         self.evaluations += chosen.len() as u64;
-        probes.places.extend(chosen.iter().map(|pixel| self.place(*pixel, 0)));
+        probes.places.extend(chosen.iter().flat_map(|pixel| self.places(*pixel, 1)));
         probes.pixels.extend(chosen);
         probes.values.resize(found.len(), Vec::new());
         probes.values.iter_mut().zip(found).for_each(|(values, found)| values.extend(found));
         Ok(())
     }
 
-    /// The position of a pixel's sample within the band.
-    fn place(&self, pixel: u32, sample: usize) -> [f32; 2] {
+    /// The positions of the first samples of a pixel within the band.
+    fn places(&self, pixel: u32, samples: usize) -> impl Iterator<Item = [f32; 2]> + '_ {
         let pixel_place = [pixel as usize % self.width, pixel as usize / self.width].map(|x| x as f32);
-        let own = self.shading.pattern.of(pixel + self.first).get(sample).copied().unwrap_or([0.5; 2]);
-        let offset = own.map(|s| self.shading.filter.place(s).0);
-        [pixel_place[0] + offset[0], pixel_place[1] + offset[1]]
+        let own = self.shading.pattern.of(pixel + self.first).iter().copied();
+        own.chain(std::iter::repeat([0.5; 2])).take(samples).map(move |sample| {
+            let [x, y] = sample.map(|s| self.shading.filter.place(s).0);
+            [pixel_place[0] + x, pixel_place[1] + y]
+        })
     }
 
     /// Judges a lattice at some probes: for each, the estimated and the actual error. `curvature` gives the
@@ -99,7 +114,7 @@ impl Work<'_, '_> {
         slots: &[usize],
         step: usize,
         curvature: impl Fn(&Self, [usize; 2]) -> f32,
-    ) -> Result<Vec<ErrorPair>, RunError> {
+    ) -> Result<Vec<Tried>, RunError> {
         let errors = self.errors(probes, slots, step)?;
         let estimate = |slot: &usize| {
             let pixel = probes.pixels[*slot] as usize;
@@ -114,32 +129,32 @@ impl Work<'_, '_> {
         probes: &Probes,
         slots: &[usize],
         step: usize,
-    ) -> Result<Vec<f32>, RunError> {
-        let mut errors: Vec<f32> = match self.kept(step).map(|kept| std::mem::take(&mut kept.errors)) {
-            None => slots.iter().map(|slot| self.error(probes, *slot, step)).collect(),
-            Some(mut kept) => {
-                kept.resize(probes.count(), UNKNOWN);
-                let known = |slot: &usize| {
-                    if kept[*slot] == UNKNOWN {
-                        kept[*slot] = self.error(probes, *slot, step);
-                    }
-                    kept[*slot]
-                };
-                let errors = slots.iter().map(known).collect();
-                if let Some(own) = self.kept(step) {
-                    own.errors = kept;
-                }
-                errors
+    ) -> Result<Vec<ProbeError>, RunError> {
+        let one = |work: &Self, slot: usize| ProbeError::of(work.error(probes, slot, step));
+        let mut kept = self.kept(step).map(|kept| std::mem::take(&mut kept.errors));
+        let mut errors: Vec<ProbeError> = match &mut kept {
+            None => slots.iter().map(|slot| one(self, *slot)).collect(),
+            Some(kept) => {
+                kept.resize(probes.count(), None);
+                slots.iter().map(|slot| *kept[*slot].get_or_insert_with(|| one(self, *slot))).collect()
             }
         };
-        let failed: Vec<usize> =
-            (0..slots.len()).filter(|at| above(errors[*at], CLOSE * self.wanted.error)).collect();
-        if failed.len() * SECOND_LOOKS <= slots.len() {
-            let pixels: Vec<u32> = failed.iter().map(|at| probes.pixels[slots[*at]]).collect();
-            for (at, error) in failed.iter().zip(self.look_again(&pixels, step)?) {
-                // The mean of many samples is known so well that it needs no margin.
-                errors[*at] = CLOSE * (error + self.blurred(probes.pixels[slots[*at]] as usize, step));
+        let is_open = |own: &ProbeError| above(own.error, CLOSE * self.wanted.error) && !own.sure;
+        let failed: Vec<usize> = (0..slots.len()).filter(|at| is_open(&errors[*at])).collect();
+        let kinds = SECOND_LOOKS.iter().take(if step == 1 { 2 } else { 1 });
+        let samples = kinds.filter(|_| !failed.is_empty());
+        let samples = samples.filter(|(one_in, _)| failed.len() * one_in <= slots.len());
+        if let Some((_, samples)) = samples.into_iter().next() {
+            let again: Vec<u32> = failed.iter().map(|at| probes.pixels[slots[*at]]).collect();
+            for (at, found) in failed.iter().zip(self.look_again(&again, *samples, step)?) {
+                errors[*at] = found;
+                if let Some(kept) = &mut kept {
+                    kept[slots[*at]] = Some(found);
+                }
             }
+        }
+        if let (Some(own), Some(kept)) = (self.kept(step), kept) {
+            own.errors = kept;
         }
         Ok(errors)
     }
@@ -147,8 +162,9 @@ impl Work<'_, '_> {
     /// The error of a lattice at a probe.
     fn error(&self, probes: &Probes, slot: usize, step: usize) -> f32 {
         let (pixel, place) = (probes.pixels[slot] as usize, probes.places[slot]);
+        let spot = self.spot(place, step);
         let off = |((values, seen), weight): ((&Vec<f32>, &Vec<f32>), f32)| {
-            weighted(distance(self.at(values, place, step), seen[slot]), weight)
+            weighted(distance(spot.of(values), seen[slot]), weight)
         };
         let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
         planes.map(off).fold(0.0, f32::max) + self.blurred(pixel, step)
@@ -166,50 +182,58 @@ impl Work<'_, '_> {
         slots.iter().filter(is_uneven).count()
     }
 
-    /// Distance between the mean over a pixel and its centre, from the curvature of the lattice: half the
-    /// filter's variance times the second derivatives.
+    /// How far the mean over a pixel is from its centre, from the curvature of the lattice: half the filter's
+    /// variance times the second derivatives. The largest over the planes.
     fn blurred(&self, pixel: usize, step: usize) -> f32 {
-        let (x, y) = (pixel % self.width / step * step, pixel / self.width / step * step);
-        let one = |plane: &Vec<f32>| {
-            let second = |at: usize, size: usize, along: usize| {
-                let inside = at >= step && at + step < size;
-                let here = y * self.width + x;
-                if inside { plane[here - along] - 2.0 * plane[here] + plane[here + along] } else { 0.0 }
-            };
-            let both = second(x, self.width, step) + second(y, self.height, step * self.width);
-            0.5 * self.spread * both.abs() / (step * step) as f32
-        };
         let planes = self.values.iter().zip(self.weights.iter());
-        let blurs = planes.map(|(plane, weight)| weighted(one(plane), weight));
-        blurs.filter(|blur| blur.is_finite()).fold(0.0, f32::max)
+        let blurs = planes.map(|(plane, weight)| weighted(self.blur(plane, pixel, step).abs(), weight));
+        blurs.fold(0.0, f32::max)
     }
 
-    /// Takes more samples of some pixels and returns how far their means are from the lattice, plus the
-    /// uncertainty of these means.
-    fn look_again(&mut self, pixels: &[u32], step: usize) -> Result<Vec<f32>, RunError> {
-        if pixels.is_empty() {
-            return Ok(Vec::new());
-        }
+    /// The same for one plane, with its sign; 0 if it is not finite.
+    fn blur(&self, plane: &[f32], pixel: usize, step: usize) -> f32 {
+        let (x, y) = (pixel % self.width / step * step, pixel / self.width / step * step);
+        let second = |at: usize, size: usize, along: usize| {
+            let inside = at >= step && at + step < size;
+            let here = y * self.width + x;
+            if inside { plane[here - along] - 2.0 * plane[here] + plane[here + along] } else { 0.0 }
+        };
+        let both = second(x, self.width, step) + second(y, self.height, step * self.width);
+        let blur = 0.5 * self.spread * both / (step * step) as f32;
+        if blur.is_finite() { blur } else { 0.0 }
+    }
+
+    /// Takes more samples of some pixels. Their errors are how far their means are from the lattice, plus the
+    /// uncertainty of these means. The lattice stands in for most of a sample's distance from the mean.
+    fn look_again(&mut self, pixels: &[u32], samples: u32, step: usize) -> Result<Vec<ProbeError>, RunError> {
         let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
-        let samples = SECOND_LOOK.min(self.shading.pattern.count());
+        let samples = samples.min(self.shading.pattern.count());
         let seen = self.shading.samples(&all, 0..samples, &mut self.said)?;
         self.evaluations += u64::from(samples) * pixels.len() as u64;
-        let mut worst = vec![0.0_f32; pixels.len()];
-        for ((seen, values), weight) in seen.iter().zip(&self.values).zip(self.weights.iter()) {
-            for ((worst, seen), pixel) in worst.iter_mut().zip(seen.chunks(samples as usize)).zip(pixels) {
-                let (mut sum, mut squares) = (0.0_f32, 0.0_f32);
-                for (sample, value) in seen.iter().enumerate() {
-                    let off = value - self.at(values, self.place(*pixel, sample), step);
+        let n = samples as f32;
+        let mut found = vec![ProbeError { error: 0.0, stands_for: n, sure: true }; pixels.len()];
+        let mut spots = Vec::with_capacity(samples as usize);
+        for (number, (found, pixel)) in found.iter_mut().zip(pixels).enumerate() {
+            spots.clear();
+            spots.extend(self.places(*pixel, samples as usize).map(|place| self.spot(place, step)));
+            let own = number * samples as usize..(number + 1) * samples as usize;
+            for ((seen, values), weight) in seen.iter().zip(&self.values).zip(self.weights.iter()) {
+                let (mut sum, mut squares, mut failed) = (0.0_f32, 0.0_f32, 0.0_f32);
+                for (value, spot) in seen[own.clone()].iter().zip(&spots) {
+                    let off = value - spot.of(values);
                     (sum, squares) = (sum + off, squares + off * off);
+                    let is_above = above(weighted(off.abs(), weight), CLOSE * self.wanted.error);
+                    failed += f32::from(u8::from(is_above));
                 }
-                let n = samples as f32;
                 let mean = sum / n;
                 let spread = ((squares / n - mean * mean).max(0.0) / n).sqrt();
-                let error = if mean.is_nan() { f32::INFINITY } else { mean.abs() + DOUBT * spread };
-                *worst = worst.max(weighted(error, weight));
+                let off = (mean + self.blur(values, *pixel as usize, step)).abs();
+                let error = if mean.is_nan() { f32::INFINITY } else { off + DOUBT * spread };
+                found.error = found.error.max(weighted(error, weight));
+                found.stands_for = found.stands_for.min(n / failed.max(1.0));
             }
         }
-        Ok(worst)
+        Ok(found)
     }
 }
 
@@ -237,33 +261,36 @@ pub(super) struct Trust {
     pub(super) limit: f32,
     /// Probes with a trusted estimate.
     pub(super) good: usize,
-    /// Trusted probes that failed.
-    pub(super) passed_over: usize,
+    /// How many probes the trusted probes that failed stand for.
+    pub(super) passed_over: f32,
     /// All probes that failed.
     pub(super) failed: usize,
 }
 
-/// The largest estimate at which a lattice is trusted: `most`, or more with enough evidence, such that at
-/// most `spare` trusted probes fail.
-pub(super) fn trust(tried: &[ErrorPair], bound: f32, most: f32, spare: usize) -> Trust {
-    let mut failed: Vec<f32> =
-        tried.iter().filter(|(_, error)| above(*error, CLOSE * bound)).map(|(e, _)| *e).collect();
-    failed.sort_by(f32::total_cmp);
+/// The largest estimate at which a lattice is trusted: `most`, or more with enough evidence, such that the
+/// trusted probes that fail stand for at most `spare`.
+pub(super) fn trust(tried: &[Tried], bound: f32, most: f32, spare: f32) -> Trust {
+    let is_failed = |one: &&Tried| above(one.1.error, CLOSE * bound);
+    let mut failed: Vec<(f32, f32)> =
+        tried.iter().filter(is_failed).map(|(estimate, own)| (*estimate, own.stands_for)).collect();
+    failed.sort_by(|a, b| a.0.total_cmp(&b.0));
     let trust = |spare: usize| {
-        let safe = BELOW_FAILED * failed.get(spare).copied().unwrap_or(f32::INFINITY);
+        let safe = BELOW_FAILED * failed.get(spare).map_or(f32::INFINITY, |(estimate, _)| *estimate);
         let beyond = tried.iter().map(|(e, _)| *e).filter(|e| e.is_finite() && *e >= most && *e <= safe);
         let (count, furthest) = beyond.fold((0, most), |(n, far), e| (n + 1, far.max(e)));
         let limit = if count >= EVIDENCE { furthest } else { safe.min(most) };
         let good = tried.iter().filter(|(e, _)| *e <= limit).count();
-        let passed_over = failed.iter().filter(|e| **e <= limit).count();
+        let passed_over = failed.iter().filter(|(e, _)| *e <= limit).map(|(_, stands_for)| stands_for).sum();
         Trust { limit, good, passed_over, failed: failed.len() }
     };
     let enough = |trust: &Trust| {
         let few = trust.good < FEW.max((SOME * tried.len() as f32) as usize);
-        !few && trust.limit > 0.0 && trust.passed_over as f32 <= PASSED_OVER * trust.good as f32
+        let share = trust.passed_over <= PASSED_OVER * trust.good as f32;
+        !few && trust.limit > 0.0 && share && trust.passed_over <= spare
     };
-    let found = (0..=spare.min(failed.len())).rev().map(trust).find(enough);
-    found.unwrap_or(Trust { limit: NEVER, good: 0, passed_over: 0, failed: failed.len() })
+    let most = (spare as usize).min(failed.len());
+    let found = (0..=most).rev().map(trust).find(enough);
+    found.unwrap_or(Trust { limit: NEVER, good: 0, passed_over: 0.0, failed: failed.len() })
 }
 
 #[cfg(test)]
@@ -272,24 +299,27 @@ mod tests {
 
     #[test]
     fn trust_ends_below_the_best_peek_that_failed() {
-        let all =
-            |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, 0.1)).collect::<Vec<ErrorPair>>();
-        let never = |failed| Trust { limit: NEVER, good: 0, passed_over: 0, failed };
+        let good = ProbeError::of(0.1);
+        let all = |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, good)).collect::<Vec<Tried>>();
+        let never = |failed| Trust { limit: NEVER, good: 0, passed_over: 0.0, failed };
         let mut tried = all(0.1);
-        tried[30].1 = 2.0;
-        let found = trust(&tried, 1.0, 1.0, 0);
+        tried[30].1.error = 2.0;
+        let found = trust(&tried, 1.0, 1.0, 0.0);
         assert!((found.limit - 0.36).abs() < 1e-6 && found.good == 26, "nine tenths of 0.4: {found:?}");
-        assert_eq!(trust(&tried, 1.0, 1.0, 1), found, "one of so few is too many");
-        let mut many: Vec<ErrorPair> = (0..1000).map(|i| (0.0005 * i as f32, 0.1)).collect();
-        many[500].1 = 2.0;
-        let spared = trust(&many, 1.0, 1.0, 1);
-        assert_eq!(spared, Trust { limit: 1.0, good: 1000, passed_over: 1, failed: 1 });
-        let found = trust(&all(0.1), 1.0, 0.25, 0);
+        assert_eq!(trust(&tried, 1.0, 1.0, 1.0), found, "one of so few is too many");
+        let mut many: Vec<Tried> = (0..1000).map(|i| (0.0005 * i as f32, good)).collect();
+        many[500].1.error = 2.0;
+        let spared = trust(&many, 1.0, 1.0, 1.0);
+        assert_eq!(spared, Trust { limit: 1.0, good: 1000, passed_over: 1.0, failed: 1 });
+        many[500].1.stands_for = 3.0;
+        let found = trust(&many, 1.0, 1.0, 1.0);
+        assert!(found.limit < 0.25 && found.passed_over == 0.0, "three of its kind are too many: {found:?}");
+        let found = trust(&all(0.1), 1.0, 0.25, 0.0);
         assert_eq!((found.limit, found.good), (0.25, 16), "never beyond what is trusted anyway");
-        tried[0] = (0.0, 5.0);
-        assert_eq!(trust(&tried, 1.0, 1.0, 0), never(2), "an estimate of 0 that fails is worth nothing");
+        tried[0] = (0.0, ProbeError::of(5.0));
+        assert_eq!(trust(&tried, 1.0, 1.0, 0.0), never(2), "an estimate of 0 that fails is worth nothing");
         let mut lucky = all(0.1);
-        lucky.iter_mut().skip(10).for_each(|one| one.1 = 2.0);
-        assert_eq!(trust(&lucky, 1.0, 1.0, 0), never(30), "a few that did not fail are no evidence");
+        lucky.iter_mut().skip(10).for_each(|one| one.1.error = 2.0);
+        assert_eq!(trust(&lucky, 1.0, 1.0, 0.0), never(30), "a few that did not fail are no evidence");
     }
 }

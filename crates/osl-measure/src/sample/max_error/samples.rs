@@ -8,8 +8,8 @@ use super::policy::*;
 use super::probe::NEVER;
 use super::{Work, above, set};
 use crate::sample::adapt::Refiner;
-use crate::sample::bounds::weighted;
 use crate::sample::operations::nanoseconds;
+use crate::sample::weights::weighted;
 use osl_exec::RunError;
 use pxfm::f_powf;
 
@@ -26,7 +26,7 @@ impl<'a> Work<'_, 'a> {
         let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(COUNTED).max(1)).collect();
         self.evaluations += some.len() as u64;
         let [each, of_plane] = ESTIMATING;
-        let planes = self.weights.iter().filter(|weight| *weight > 0.0).count() as f64;
+        let planes = self.weights.iter().count() as f64;
         self.estimating = (each + of_plane * planes) / nanoseconds(&self.sampled, &some)?;
         Ok(())
     }
@@ -112,6 +112,7 @@ impl<'a> Work<'_, 'a> {
 
     /// Samples pixels with the limits that the pilot found.
     fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), RunError> {
+        let first = steps.limits.first().map_or(0, |(samples, _)| *samples);
         for (samples, limit) in &steps.limits {
             if refiner.active.is_empty() {
                 break;
@@ -122,7 +123,7 @@ impl<'a> Work<'_, 'a> {
             }
             // The later half of the samples shows how far the earlier half was off, as in the pilot, whose
             // first round has no earlier half.
-            if 2 * refiner.samples < *samples && (last || *samples > 2) {
+            if 2 * refiner.samples < *samples && (last || *samples > first) {
                 refiner.round(samples / 2, false)?;
             }
             refiner.round(*samples, !last || steps.short)?;

@@ -44,7 +44,7 @@ impl Scaled {
             .for_each(|(slots, size)| slots.iter().for_each(|slot| of[*slot] = size));
         let times = tried.iter().zip(&of).filter(|(_, size)| sizes[**size as usize] > 0.0);
         let mut times: Vec<f32> = times.map(|((_, error), size)| error / sizes[*size as usize]).collect();
-        times.sort_unstable_by(f32::total_cmp);
+        times.sort_unstable_by_key(|times| times.to_bits());
         let scaled = Scaled { of, sizes, times };
         let each = scaled.sizes.len().div_ceil(GROUPS);
         let fits = |bound: f32| {

@@ -7,7 +7,7 @@ use super::policy::{
 };
 use super::probe::Probes;
 use super::{LatticeOutcome, Work, above};
-use crate::sample::bounds::weighted;
+use crate::sample::weights::weighted;
 use osl_exec::RunError;
 
 /// A lattice that was computed for all pixels, and how many of them may exceed the bound.
@@ -27,7 +27,7 @@ impl Work<'_, '_> {
         let open = probes.open(pending);
         for step in [2, 1] {
             let tried = self.try_some(probes, open.clone(), step)?;
-            let failed = tried.iter().filter(|(_, error)| above(*error, CLOSE * self.wanted.error)).count();
+            let failed = tried.iter().filter(|(_, own)| above(own.error, CLOSE * self.wanted.error)).count();
             let each = open.len().div_ceil(TRIALS).max(1);
             let some: Vec<usize> = open.iter().copied().step_by(each).collect();
             if failed <= TRIED || step == 1 && self.uneven(probes, &some) <= TRIED {
@@ -62,8 +62,8 @@ impl Work<'_, '_> {
         // the parabola through its neighbours. Where edges lie on the borders of pixels, the first is right.
         let all: Vec<usize> = (0..probes.count()).collect();
         let spare = ALLOWED * all.len() as f32;
-        let found = |failed: usize| {
-            let off = failed as f32 * count as f32 / all.len().max(1) as f32;
+        let found = |failed: f32| {
+            let off = failed * count as f32 / all.len().max(1) as f32;
             Whole { step, found: LatticeOutcome { off, ..LatticeOutcome::default() } }
         };
         if let Some(failed) = self.columns_do(probes, &all, spare)? {
@@ -73,36 +73,37 @@ impl Work<'_, '_> {
         self.whole(step)?;
         let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
         let mut failed = self.failures(probes, &some, step)?;
-        if failed <= HOPELESS {
+        if failed.0 <= HOPELESS {
             failed = self.failures(probes, &all, step)?;
         }
-        let failed = if failed as f32 > spare { self.uneven(probes, &all) } else { failed };
-        if failed as f32 <= spare {
+        let failed = if failed.1 > spare { self.uneven(probes, &all) as f32 } else { failed.1 };
+        if failed <= spare {
             pending.fill(false);
             return Ok(found(failed));
         }
         Ok(Whole { step, found: self.settle_one(step, probes, pending, 0.0)? })
     }
 
-    /// The number of probes at which every second column is not enough, if these are few. The image with the
-    /// others interpolated is judged as if it were the lattice of all pixels, by a few of the probes first.
-    /// Nothing is lost if it is not enough, because then the columns belong to that lattice.
-    fn columns_do(&mut self, probes: &Probes, all: &[usize], spare: f32) -> Result<Option<usize>, RunError> {
+    /// How many probes those stand for at which every second column is not enough, if these are few. The
+    /// image with the others interpolated is judged as if it were the lattice of all pixels, by a few of the
+    /// probes first. Nothing is lost if it is not enough, because then the columns belong to that lattice.
+    fn columns_do(&mut self, probes: &Probes, all: &[usize], spare: f32) -> Result<Option<f32>, RunError> {
         let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
         let pixels: Vec<usize> = some.iter().map(|slot| probes.pixels[*slot] as usize).collect();
         self.between_columns(&pixels)?;
-        if self.failures(probes, &some, 1)? > TRIED {
+        if self.failures(probes, &some, 1)?.0 > TRIED {
             return Ok(None);
         }
         self.columns()?;
-        let failed = self.failures(probes, all, 1)?;
-        Ok((failed as f32 <= spare).then_some(failed))
+        let (_, failed) = self.failures(probes, all, 1)?;
+        Ok((failed <= spare).then_some(failed))
     }
 
-    /// The number of probes at which a lattice is wrong.
-    fn failures(&mut self, probes: &Probes, slots: &[usize], step: usize) -> Result<usize, RunError> {
+    /// The number of probes at which a lattice is wrong, and how many probes these stand for.
+    fn failures(&mut self, probes: &Probes, slots: &[usize], step: usize) -> Result<(usize, f32), RunError> {
         let errors = self.errors(probes, slots, step)?;
-        Ok(errors.iter().filter(|error| above(**error, CLOSE * self.wanted.error)).count())
+        let failed = errors.iter().filter(|own| above(own.error, CLOSE * self.wanted.error));
+        Ok(failed.fold((0, 0.0), |(count, sum), own| (count + 1, sum + own.stands_for)))
     }
 
     /// Whether the coarsest lattice hit so many features of about a pixel that it missed too many others.
@@ -125,6 +126,9 @@ impl Work<'_, '_> {
             })
         };
         let found: Vec<usize> = all().filter(|at| stands_out(self, *at, COARSE, near)).collect();
+        if found.is_empty() {
+            return Ok(false);
+        }
         let some: Vec<usize> = found.iter().copied().step_by(found.len().div_ceil(SPIKES).max(1)).collect();
         let mut needed = vec![false; width * height];
         some.iter()
