@@ -268,11 +268,14 @@ impl<'a> Work<'_, 'a> {
 
     /// Tries a lattice around some probes. Returns the estimated and the actual errors.
     fn try_some(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
-        let each = open.len().div_ceil(TRIALS).max(1);
-        let some: Vec<usize> = open.into_iter().step_by(each).collect();
-        let needed = probes.stencils(self, &some, step);
+        self.try_at(probes, &trials(&open), step)
+    }
+
+    /// The same around all of them.
+    fn try_at(&mut self, probes: &Probes, slots: &[usize], step: usize) -> Result<Vec<Tried>, RunError> {
+        let needed = probes.stencils(self, slots, step);
         self.compute_missing(needed)?;
-        self.judge(probes, &some, step, |work, cell| work.curvature(cell, step))
+        self.judge(probes, slots, step, |work, cell| work.curvature(cell, step))
     }
 
     /// Settles pending pixels by one lattice. `off` pixels may already exceed the bound.
@@ -421,6 +424,11 @@ fn count(pending: &[bool]) -> usize {
     // Sums of bytes, which the compiler puts into vectors.
     let some = |pixels: &[bool]| usize::from(pixels.iter().map(|pending| u8::from(*pending)).sum::<u8>());
     pending.chunks(128).map(some).sum()
+}
+
+/// Some of many probes, which are spread over them.
+fn trials(open: &[usize]) -> Vec<usize> {
+    open.iter().copied().step_by(open.len().div_ceil(TRIALS).max(1)).collect()
 }
 
 /// If more than one in so many pixels are given in any order, the pixels are put in order by a flag for each

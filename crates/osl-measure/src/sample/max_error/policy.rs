@@ -104,6 +104,8 @@ pub(super) const WHOLE: f32 = 0.5;
 pub(super) const UNIFORM: f32 = 0.1;
 /// Of `TRIALS` probes, at most so many may fail for a lattice to be computed as a whole.
 pub(super) const TRIED: usize = 1;
+/// One in so many of the trials is made before the others, which are not made if more of them fail than this.
+pub(super) const FIRST_TRIALS: (usize, usize) = (4, 4);
 /// If more of them fail in the lattice of all pixels, its other probes are not compared with it.
 pub(super) const HOPELESS: usize = 6;
 /// One in so many pixels gets a probe if the lattice of every second pixel is computed as a whole.

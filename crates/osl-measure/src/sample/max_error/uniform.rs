@@ -2,11 +2,11 @@
 //! compute a whole lattice at once than to decide for each cell, and probes alone show whether it is right.
 
 use super::policy::{
-    ALLOWED, CLOSE, COARSE, HOPELESS, PEEKS, PROBE, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW, SURE_PROBES,
-    TRIALS, TRIED,
+    ALLOWED, CLOSE, COARSE, FIRST_TRIALS, HOPELESS, PEEKS, PROBE, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW,
+    SURE_PROBES, TRIED,
 };
-use super::probe::Probes;
-use super::{LatticeOutcome, Work, above};
+use super::probe::{ProbeError, Probes};
+use super::{LatticeOutcome, Work, above, trials};
 use crate::sample::weights::weighted;
 use osl_exec::RunError;
 
@@ -24,17 +24,36 @@ impl Work<'_, '_> {
         probes: &mut Probes,
         pending: &mut [bool],
     ) -> Result<Option<Whole>, RunError> {
-        let open = probes.open(pending);
+        let some = trials(&probes.open(pending));
         for step in [2, 1] {
-            let tried = self.try_some(probes, open.clone(), step)?;
-            let failed = tried.iter().filter(|(_, own)| above(own.error, CLOSE * self.wanted.error)).count();
-            let each = open.len().div_ceil(TRIALS).max(1);
-            let some: Vec<usize> = open.iter().copied().step_by(each).collect();
-            if failed <= TRIED || step == 1 && self.uneven(probes, &some) <= TRIED {
+            let is_right = self.few_fail(&some, |work, part| {
+                let tried = work.try_at(probes, part, step)?;
+                let failed = tried.iter().filter(|(_, own)| work.is_wrong(own)).count();
+                // Where edges lie on the borders of pixels, their centres are right.
+                Ok(if step == 1 { failed.min(work.uneven(probes, part)) } else { failed })
+            })?;
+            if is_right {
                 return Ok(Some(self.settle_whole(step, probes, pending)?));
             }
         }
         Ok(None)
+    }
+
+    /// Whether at most `TRIED` of some trials fail. A few are made first, because a lattice that is not right
+    /// mostly fails at many. `failed` makes some trials, and counts those that fail.
+    fn few_fail(
+        &mut self,
+        some: &[usize],
+        mut failed: impl FnMut(&mut Self, &[usize]) -> Result<usize, RunError>,
+    ) -> Result<bool, RunError> {
+        let (one_in, most) = FIRST_TRIALS;
+        let first: Vec<usize> = some.iter().copied().step_by(one_in).collect();
+        Ok(failed(self, &first)? <= most && failed(self, some)? <= TRIED)
+    }
+
+    /// Whether a lattice is wrong at a probe.
+    fn is_wrong(&self, own: &ProbeError) -> bool {
+        above(own.error, CLOSE * self.wanted.error)
     }
 
     /// Computes a whole lattice and settles the pixels for which it is good enough.
@@ -50,7 +69,7 @@ impl Work<'_, '_> {
         pending.fill(true);
         let (count, (fewest, most)) = (pending.len(), PEEKS);
         let wanted = match step {
-            1 => (count / PROBE[2]).max(SURE_PROBES.min(count / PROBE[3])),
+            1 => (count / PROBE_WHOLE).max(SURE_PROBES.min(count / PROBE[3])),
             _ => count / PROBE_WHOLE,
         };
         let wanted = wanted.clamp(fewest, most);
@@ -71,8 +90,7 @@ impl Work<'_, '_> {
             return Ok(found(failed));
         }
         self.whole(step)?;
-        let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
-        let mut failed = self.failures(probes, &some, step)?;
+        let mut failed = self.failures(probes, &trials(&all), step)?;
         if failed.0 <= HOPELESS {
             failed = self.failures(probes, &all, step)?;
         }
@@ -88,10 +106,12 @@ impl Work<'_, '_> {
     /// image with the others interpolated is judged as if it were the lattice of all pixels, by a few of the
     /// probes first. Nothing is lost if it is not enough, because then the columns belong to that lattice.
     fn columns_do(&mut self, probes: &Probes, all: &[usize], spare: f32) -> Result<Option<f32>, RunError> {
-        let some: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(TRIALS).max(1)).collect();
-        let pixels: Vec<usize> = some.iter().map(|slot| probes.pixels[*slot] as usize).collect();
-        self.between_columns(&pixels)?;
-        if self.failures(probes, &some, 1)?.0 > TRIED {
+        let is_right = self.few_fail(&trials(all), |work, part| {
+            let pixels: Vec<usize> = part.iter().map(|slot| probes.pixels[*slot] as usize).collect();
+            work.between_columns(&pixels)?;
+            Ok(work.failures(probes, part, 1)?.0)
+        })?;
+        if !is_right {
             return Ok(None);
         }
         self.columns()?;
@@ -102,7 +122,7 @@ impl Work<'_, '_> {
     /// The number of probes at which a lattice is wrong, and how many probes these stand for.
     fn failures(&mut self, probes: &Probes, slots: &[usize], step: usize) -> Result<(usize, f32), RunError> {
         let errors = self.errors(probes, slots, step)?;
-        let failed = errors.iter().filter(|own| above(own.error, CLOSE * self.wanted.error));
+        let failed = errors.iter().filter(|own| self.is_wrong(own));
         Ok(failed.fold((0, 0.0), |(count, sum), own| (count + 1, sum + own.stands_for)))
     }
 
