@@ -77,11 +77,33 @@ impl<'a> SamplePoints<'a> {
 }
 
 impl SamplePoints<'_> {
-    /// Writes the places along an axis of all `EACH` samples of pixels, as far as they are in the pattern,
-    /// and the columns or rows of the pixels. Returns the number of samples.
-    fn whole<const EACH: usize>(
+    /// Writes the places of some samples along an axis within their pixels, and the columns or rows of the
+    /// pixels. Returns false if one of them is not in the pattern.
+    fn places<const AXIS: usize>(&self, first: usize, lanes: &mut [f32], pixels: &mut Vec<i32>) -> bool {
+        let done = match (first.is_multiple_of(self.each()), self.each()) {
+            (true, 1) => self.whole::<AXIS, 1>(first, lanes, pixels),
+            (true, 2) => self.whole::<AXIS, 2>(first, lanes, pixels),
+            (true, 4) => self.whole::<AXIS, 4>(first, lanes, pixels),
+            (true, 8) => self.whole::<AXIS, 8>(first, lanes, pixels),
+            (true, 16) => self.whole::<AXIS, 16>(first, lanes, pixels),
+            _ => 0,
+        };
+        let (count, mut are_known) = (lanes.len(), true);
+        let mut rest = lanes.get_mut(done..).unwrap_or_default();
+        self.by_pixel(first + done, count - done, |pixel, own, at_centre| {
+            are_known &= at_centre == 0;
+            let (here, behind) = std::mem::take(&mut rest).split_at_mut(own.len().min(count - pixels.len()));
+            here.iter_mut().zip(own).for_each(|(x, sample)| *x = sample[AXIS]);
+            pixels.extend(std::iter::repeat_n(pixel[AXIS] as i32, here.len()));
+            rest = behind;
+        });
+        are_known
+    }
+
+    /// The same for all `EACH` samples of each pixel, as far as they are in the pattern. Returns the number
+    /// of samples.
+    fn whole<const AXIS: usize, const EACH: usize>(
         &self,
-        axis: usize,
         first: usize,
         lanes: &mut [f32],
         pixels: &mut Vec<i32>,
@@ -96,8 +118,8 @@ impl SamplePoints<'_> {
         for ((pixel, start), lanes) in own.zip(lanes.as_chunks_mut::<EACH>().0) {
             let own = all.get(*start as usize + from..).and_then(|own| own.first_chunk::<EACH>());
             let Some(own) = own else { break };
-            *lanes = own.map(|sample| sample[axis]);
-            pixels.extend_from_slice(&[row.of(*pixel, self.width)[axis] as i32; EACH]);
+            lanes.iter_mut().zip(own).for_each(|(x, sample)| *x = sample[AXIS]);
+            pixels.extend_from_slice(&[row.of(*pixel, self.width)[AXIS] as i32; EACH]);
         }
         pixels.len()
     }
@@ -120,27 +142,13 @@ impl Positions for SamplePoints<'_> {
     fn along(&self, line: &Line, first: usize, lanes: &mut [f32]) -> bool {
         // First the place of each sample in its pixel and the number of the pixel, then the coordinates of
         // all samples, which the compiler puts into vectors.
-        let (count, axis) = (lanes.len(), line.axis());
-        let mut pixels = Vec::with_capacity(count);
-        let done = match (first.is_multiple_of(self.each()), self.each()) {
-            (true, 1) => self.whole::<1>(axis, first, lanes, &mut pixels),
-            (true, 2) => self.whole::<2>(axis, first, lanes, &mut pixels),
-            (true, 4) => self.whole::<4>(axis, first, lanes, &mut pixels),
-            (true, 8) => self.whole::<8>(axis, first, lanes, &mut pixels),
-            (true, 16) => self.whole::<16>(axis, first, lanes, &mut pixels),
-            _ => 0,
+        let mut pixels = Vec::with_capacity(lanes.len());
+        let are_known = match line.axis() {
+            0 => self.places::<0>(first, lanes, &mut pixels),
+            _ => self.places::<1>(first, lanes, &mut pixels),
         };
-        let mut is_between = true;
-        let mut rest = lanes.get_mut(done..).unwrap_or_default();
-        self.by_pixel(first + done, count - done, |pixel, own, at_centre| {
-            is_between &= at_centre == 0;
-            let (here, behind) = std::mem::take(&mut rest).split_at_mut(own.len().min(count - pixels.len()));
-            here.iter_mut().zip(own).for_each(|(x, sample)| *x = sample[axis]);
-            pixels.extend(std::iter::repeat_n(pixel[axis] as i32, here.len()));
-            rest = behind;
-        });
         self.filter.with_offset(InPlace(lanes));
-        is_between && self.isa.dispatch(Coordinates { line, pixels: &pixels, lanes })
+        are_known && self.isa.dispatch(Coordinates { line, pixels: &pixels, lanes })
     }
 }
 

@@ -370,7 +370,7 @@ impl<'a> Work<'_, 'a> {
         for (values, found) in self.values.iter_mut().zip(found) {
             scatter(pixels, &found, values);
         }
-        scatter(pixels, &vec![true; pixels.len()], &mut self.known);
+        pixels.chunks(CHUNK).for_each(|pixels| set_all(pixels, &mut self.known));
         self.evaluations += pixels.len() as u64;
         Ok(())
     }
@@ -463,6 +463,17 @@ fn set(flags: &[bool]) -> Vec<u32> {
     let mut pixels = Vec::new();
     add_set(flags, 0, &mut pixels);
     pixels
+}
+
+/// Sets the flags of some pixels, which are in order.
+fn set_all(pixels: &[u32], flags: &mut [bool]) {
+    let (Some(first), Some(last)) = (pixels.first(), pixels.last()) else { return };
+    let (first, last) = (*first as usize, *last as usize);
+    if last - first == pixels.len() - 1 {
+        flags[first..=last].fill(true);
+    } else {
+        pixels.iter().for_each(|pixel| flags[*pixel as usize] = true);
+    }
 }
 
 /// Writes the values of some pixels, which are in order, to their places.
