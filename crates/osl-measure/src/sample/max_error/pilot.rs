@@ -71,23 +71,8 @@ impl<'a> Work<'_, 'a> {
     }
 }
 
-/// Limits on the rate at which squared errors fall, as powers of the sample count.
-const SLOWEST: f32 = 1.0;
-const FASTEST: f32 = 3.0;
-/// Factor on the allowed failures when error sizes predict them, since counting failures is less precise.
-const SCALED: f32 = 1.2;
-/// A convergence slower than this indicates edges.
-const EDGES: f32 = 1.5;
 /// Values that are compared at a time.
 const LANES: usize = 8;
-/// Convergence is measured at this quantile of the pixel changes, because the largest changes matter.
-const LARGE: f32 = 0.95;
-
-/// The largest changes are those of one in so many pixels, and of at least so many pixels.
-const TAIL: usize = 100;
-const FEWEST_IN_TAIL: usize = 8;
-/// The smallest share of the expected changes that is believed.
-const LEAST_TAIL: f32 = 0.7;
 
 struct Pilot<'a> {
     refiner: Refiner<'a>,

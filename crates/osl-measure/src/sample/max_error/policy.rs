@@ -91,6 +91,20 @@ pub(super) const LAST_LOOK: f32 = 0.8;
 /// Samples needed to hit any feature large enough to matter: a factor on the range of values in units of the
 /// bound, the minimum and the maximum.
 pub(super) const MIN_SAMPLES: (f32, f32, f32) = (3.0, 8.0, 256.0);
+/// Limits on the rate at which squared errors fall, as powers of the sample count.
+pub(super) const SLOWEST: f32 = 1.0;
+pub(super) const FASTEST: f32 = 3.0;
+/// Factor on the allowed failures when error sizes predict them, since counting failures is less precise.
+pub(super) const SCALED: f32 = 1.2;
+/// A convergence slower than this indicates edges.
+pub(super) const EDGES: f32 = 1.5;
+/// Convergence is measured at this quantile of the pixel changes, because the largest changes matter.
+pub(super) const LARGE: f32 = 0.95;
+/// The largest changes are those of one in so many pixels, and of at least so many pixels.
+pub(super) const TAIL: usize = 100;
+pub(super) const FEWEST_IN_TAIL: usize = 8;
+/// The smallest share of the expected changes that is believed.
+pub(super) const LEAST_TAIL: f32 = 0.7;
 /// A pilot pixel with enough samples is dropped when its error is below this share of the bound.
 pub(super) const DROPPED: f32 = 0.2;
 /// A pixel has enough samples when the bound is at least this many standard errors.
