@@ -37,7 +37,7 @@ pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
     Block { weight: weight(words.len(), signs), sum }
 }
 
-/// The sum of the weights of so many samples, given those that are not 1.
+/// The sum of the weights of some samples. `signs` has the weight of each, or none if all are 1.
 pub(super) fn weight(samples: usize, signs: &[f32]) -> f64 {
     if signs.is_empty() {
         return samples as f64;

@@ -74,9 +74,7 @@ impl<'a> SamplePoints<'a> {
             (at, sample, count) = (at + 1, 0, count - left);
         }
     }
-}
 
-impl SamplePoints<'_> {
     /// Writes the places of some samples along an axis within their pixels, and the columns or rows of the
     /// pixels. Returns false if one of them is not in the pattern.
     fn places<const AXIS: usize>(&self, first: usize, lanes: &mut [f32], pixels: &mut Vec<i32>) -> bool {

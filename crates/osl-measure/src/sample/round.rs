@@ -192,6 +192,7 @@ impl Round<'_> {
         }
     }
 }
+
 #[cfg(test)]
 mod tests {
     use super::super::pattern::Pattern;

@@ -105,23 +105,21 @@ impl Planes<'_> {
         let mut cells = vec![f32::INFINITY; columns * wanted.len()];
         let all = cells.par_chunks_mut(columns).zip(&wanted).enumerate().with_min_len(16);
         all.filter(|(_, (_, wanted))| **wanted).for_each(|(line, (cells, _))| {
-            let last = down.len() - 1;
-            let [above, below] =
-                [line, line + 1].map(|line| lines[2 * across * line.min(last)..].split_at(across));
-            let (below_across, below_down) = (below.0, &below.1[..across]);
+            let of_line = |line: usize| lines[2 * across * line..2 * across * (line + 1)].split_at(across);
+            let above = of_line(line);
             if step == 1 {
                 let both = above.0.iter().zip(above.1);
                 cells.iter_mut().zip(both).for_each(|(cell, (across, down))| *cell = (across + down) / 8.0);
                 return;
             }
-            let largest = |above: &[f32], below: &[f32], from: usize, to: usize| {
-                larger(larger(above[from], below[from]), larger(above[to], below[to]))
-            };
+            let below = of_line((line + 1).min(down.len() - 1));
             for (column, cell) in cells.iter_mut().enumerate() {
                 // A border that is a column of the lattice has a cell of its own.
                 let next = (column + 1).min(across - 1);
-                let along = largest(above.0, below_across, column, next);
-                *cell = (along + largest(above.1, below_down, column, next)) / 8.0;
+                let largest = |above: &[f32], below: &[f32]| {
+                    larger(larger(above[column], below[column]), larger(above[next], below[next]))
+                };
+                *cell = (largest(above.0, below.0) + largest(above.1, below.1)) / 8.0;
             }
         });
         Curvatures { step, columns, cells, wanted }

@@ -197,7 +197,7 @@ impl<'a> Work<'_, 'a> {
         }
         // The probes also show whether a cheaper arithmetic is good enough.
         let asks = !steps.is_empty() || self.shading.cheaper.is_some();
-        if self.is_rough(&found, pending) && asks && probes.count() < pending.len() / PROBE[3] {
+        if self.is_rough(&found, pending) && asks && probes.count() < probes_of(pending.len(), PROBE[3], 0) {
             // Sampling will be so expensive that a second test of the lattices costs little in comparison.
             found = self.settle_by(&mut steps, probes, PROBE[3], pending)?;
         }
@@ -219,12 +219,7 @@ impl<'a> Work<'_, 'a> {
         each: usize,
         pending: &mut [bool],
     ) -> Result<LatticeOutcome, RunError> {
-        let (fewest, most) = PEEKS;
-        let mut wanted = pending.len() / each;
-        if steps.contains(&1) {
-            wanted = wanted.max(SURE_PROBES.min(pending.len() / PROBE[3]));
-        }
-        let wanted = wanted.clamp(fewest, most).min(pending.len());
+        let wanted = probes_of(pending.len(), each, if steps.contains(&1) { SURE_PROBES } else { 0 });
         self.probe(probes, wanted.saturating_sub(probes.count()))?;
         pending.fill(true);
         let mut found = LatticeOutcome::default();
@@ -263,7 +258,7 @@ impl<'a> Work<'_, 'a> {
     /// Whether a lattice is right around some probes.
     fn is_right(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<bool, RunError> {
         let tried = self.try_some(probes, open, step)?;
-        Ok(tried.iter().all(|(_, own)| own.error <= CLOSE * self.wanted.error))
+        Ok(!tried.iter().any(|(_, own)| self.is_wrong(own)))
     }
 
     /// Tries a lattice around some probes. Returns the estimated and the actual errors.
@@ -303,7 +298,7 @@ impl<'a> Work<'_, 'a> {
         self.settle(step, trust.limit, &curvatures, pending);
         // The feature that a probe hit may be larger than its pixel.
         for (slot, (estimate, own)) in open.iter().zip(&tried) {
-            if *estimate <= trust.limit && above(own.error, CLOSE * self.wanted.error) {
+            if *estimate <= trust.limit && self.is_wrong(own) {
                 probes.reopen(*slot, self.width, REACH, pending);
             }
         }
@@ -370,7 +365,7 @@ impl<'a> Work<'_, 'a> {
         for (values, found) in self.values.iter_mut().zip(found) {
             scatter(pixels, &found, values);
         }
-        pixels.chunks(CHUNK).for_each(|pixels| set_all(pixels, &mut self.known));
+        set_all(pixels, &mut self.known);
         self.evaluations += pixels.len() as u64;
         Ok(())
     }
@@ -426,6 +421,13 @@ fn count(pending: &[bool]) -> usize {
     pending.chunks(128).map(some).sum()
 }
 
+/// The number of probes in so many pixels: one in `each`, and at least `sure` if that is no more than one in
+/// `PROBE[3]`.
+fn probes_of(pixels: usize, each: usize, sure: usize) -> usize {
+    let (fewest, most) = PEEKS;
+    (pixels / each).max(sure.min(pixels / PROBE[3])).clamp(fewest, most).min(pixels)
+}
+
 /// Some of many probes, which are spread over them.
 fn trials(open: &[usize]) -> Vec<usize> {
     open.iter().copied().step_by(open.len().div_ceil(TRIALS).max(1)).collect()
@@ -465,26 +467,28 @@ fn set(flags: &[bool]) -> Vec<u32> {
     pixels
 }
 
+/// The range of some pixels, which are in order, if none is missing between the first and the last.
+fn as_range(pixels: &[u32]) -> Option<Range<usize>> {
+    let (first, last) = (*pixels.first()? as usize, *pixels.last()? as usize);
+    (last - first == pixels.len() - 1).then_some(first..last + 1)
+}
+
 /// Sets the flags of some pixels, which are in order.
 fn set_all(pixels: &[u32], flags: &mut [bool]) {
-    let (Some(first), Some(last)) = (pixels.first(), pixels.last()) else { return };
-    let (first, last) = (*first as usize, *last as usize);
-    if last - first == pixels.len() - 1 {
-        flags[first..=last].fill(true);
-    } else {
-        pixels.iter().for_each(|pixel| flags[*pixel as usize] = true);
+    for pixels in pixels.chunks(CHUNK) {
+        match as_range(pixels) {
+            Some(range) => flags[range].fill(true),
+            None => pixels.iter().for_each(|pixel| flags[*pixel as usize] = true),
+        }
     }
 }
 
 /// Writes the values of some pixels, which are in order, to their places.
-fn scatter<T: Copy>(pixels: &[u32], values: &[T], to: &mut [T]) {
+fn scatter(pixels: &[u32], values: &[f32], to: &mut [f32]) {
     for (pixels, values) in pixels.chunks(CHUNK).zip(values.chunks(CHUNK)) {
-        let (Some(first), Some(last)) = (pixels.first(), pixels.last()) else { continue };
-        let (first, last) = (*first as usize, *last as usize);
-        if last - first == pixels.len() - 1 {
-            to[first..=last].copy_from_slice(values);
-        } else {
-            pixels.iter().zip(values).for_each(|(pixel, value)| to[*pixel as usize] = *value);
+        match as_range(pixels) {
+            Some(range) => to[range].copy_from_slice(values),
+            None => pixels.iter().zip(values).for_each(|(pixel, value)| to[*pixel as usize] = *value),
         }
     }
 }

@@ -139,12 +139,11 @@ impl Work<'_, '_> {
                 slots.iter().map(|slot| *kept[*slot].get_or_insert_with(|| one(self, *slot))).collect()
             }
         };
-        let is_open = |own: &ProbeError| above(own.error, CLOSE * self.wanted.error) && !own.sure;
-        let failed: Vec<usize> = (0..slots.len()).filter(|at| is_open(&errors[*at])).collect();
-        let kinds = SECOND_LOOKS.iter().take(if step == 1 { 2 } else { 1 });
-        let samples = kinds.filter(|_| !failed.is_empty());
-        let samples = samples.filter(|(one_in, _)| failed.len() * one_in <= slots.len());
-        if let Some((_, samples)) = samples.into_iter().next() {
+        let is_open = |at: &usize| self.is_wrong(&errors[*at]) && !errors[*at].sure;
+        let failed: Vec<usize> = (0..slots.len()).filter(is_open).collect();
+        let mut kinds = SECOND_LOOKS.iter().take(if step == 1 { 2 } else { 1 });
+        let kind = kinds.find(|(one_in, _)| failed.len() * one_in <= slots.len());
+        if let Some((_, samples)) = kind.filter(|_| !failed.is_empty()) {
             let again: Vec<u32> = failed.iter().map(|at| probes.pixels[slots[*at]]).collect();
             for (at, found) in failed.iter().zip(self.look_again(&again, *samples, step)?) {
                 errors[*at] = found;
@@ -157,6 +156,11 @@ impl Work<'_, '_> {
             own.errors = kept;
         }
         Ok(errors)
+    }
+
+    /// Whether a lattice is wrong at a probe.
+    pub(super) fn is_wrong(&self, own: &ProbeError) -> bool {
+        above(own.error, CLOSE * self.wanted.error)
     }
 
     /// The error of a lattice at a probe.

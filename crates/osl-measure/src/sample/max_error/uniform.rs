@@ -2,11 +2,10 @@
 //! compute a whole lattice at once than to decide for each cell, and probes alone show whether it is right.
 
 use super::policy::{
-    ALLOWED, CLOSE, COARSE, FIRST_TRIALS, HOPELESS, PEEKS, PROBE, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW,
-    SURE_PROBES, TRIED,
+    ALLOWED, COARSE, FIRST_TRIALS, HOPELESS, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW, SURE_PROBES, TRIED,
 };
-use super::probe::{ProbeError, Probes};
-use super::{LatticeOutcome, Work, above, trials};
+use super::probe::Probes;
+use super::{LatticeOutcome, Work, above, probes_of, trials};
 use crate::sample::weights::weighted;
 use osl_exec::RunError;
 
@@ -40,7 +39,8 @@ impl Work<'_, '_> {
     }
 
     /// Whether at most `TRIED` of some trials fail. A few are made first, because a lattice that is not right
-    /// mostly fails at many. `failed` makes some trials, and counts those that fail.
+    /// mostly fails at many; they are judged again with the others. `failed` makes some trials, and counts
+    /// those that fail.
     fn few_fail(
         &mut self,
         some: &[usize],
@@ -49,11 +49,6 @@ impl Work<'_, '_> {
         let (one_in, most) = FIRST_TRIALS;
         let first: Vec<usize> = some.iter().copied().step_by(one_in).collect();
         Ok(failed(self, &first)? <= most && failed(self, some)? <= TRIED)
-    }
-
-    /// Whether a lattice is wrong at a probe.
-    fn is_wrong(&self, own: &ProbeError) -> bool {
-        above(own.error, CLOSE * self.wanted.error)
     }
 
     /// Computes a whole lattice and settles the pixels for which it is good enough.
@@ -67,13 +62,9 @@ impl Work<'_, '_> {
             self.whole(step)?;
         }
         pending.fill(true);
-        let (count, (fewest, most)) = (pending.len(), PEEKS);
-        let wanted = match step {
-            1 => (count / PROBE_WHOLE).max(SURE_PROBES.min(count / PROBE[3])),
-            _ => count / PROBE_WHOLE,
-        };
-        let wanted = wanted.clamp(fewest, most);
-        self.probe(probes, wanted.min(count).saturating_sub(probes.count()))?;
+        let count = pending.len();
+        let wanted = probes_of(count, PROBE_WHOLE, if step == 1 { SURE_PROBES } else { 0 });
+        self.probe(probes, wanted.saturating_sub(probes.count()))?;
         if step > 1 {
             return Ok(Whole { step, found: self.settle_one(step, probes, pending, 0.0)? });
         }
