@@ -12,7 +12,7 @@
 use osl::stages::{self, NoFiles, Options};
 use osl_exec::Services;
 use osl_limits::Limits;
-use osl_measure::stability::fix::{self, Built, Repair};
+use osl_measure::stability::fix::{self, Built, Changed, Repair};
 use osl_measure::stability::{Base, Subject, examine_given};
 use osl_scene::Grid;
 use rayon::prelude::*;
@@ -38,23 +38,27 @@ fn row(path: &Path) -> Row {
     let file = path.file_name().unwrap().to_string_lossy().into_owned();
     let (kind, name) = file.strip_suffix(".osl").unwrap().split_once('.').unwrap();
     let guilty = text.lines().position(|line| line.ends_with("// guilty")).unwrap() as u32 + 1;
-    let build = |text: &str, notes: bool| {
-        let checked = stages::check(&file, text, &NoFiles, &Options::default());
+    let build = |changed: &Changed<'_>| {
+        let checked = stages::check(&file, changed.text, &NoFiles, &Options::default());
         let program = checked.program?;
         let plain = stages::lower(&program, &[]).ok()?;
-        let noted = if notes { Some(stages::lower_noted(&program, &[]).ok()?) } else { None };
+        let noted = if changed.notes { Some(stages::lower_noted(&program, &[]).ok()?) } else { None };
         Some(Built { program, sources: checked.sources, plain, noted })
     };
-    let built = build(&text, true).unwrap_or_else(|| panic!("{file} does not compile"));
+    let built = build(&Changed { text: &text, notes: true, param: None })
+        .unwrap_or_else(|| panic!("{file} does not compile"));
     let (services, limits) = (Services::default(), Limits::default());
     let subject =
         Subject::new(&services, Base::new(built.plain, built.noted.unwrap(), None, &limits), &limits);
     let grid = Grid::new(32, 32);
     let examined = examine_given(&subject, &grid, 0.01, &built.sources, name);
     let rank = examined.report.culprits.iter().position(|culprit| culprit.line == guilty).map(|at| at + 1);
-    let repair = fix::repair(&subject, &grid, &examined, (&text, &built.program), &build);
+    let repair = fix::repair(&subject, &grid, &examined, &[], (&text, &built.program), &build);
     if let Some(text) = &repair.text {
-        assert!(build(text, false).is_some(), "{file}: the repaired source does not compile:\n{text}");
+        assert!(
+            build(&Changed::plain(text)).is_some(),
+            "{file}: the repaired source does not compile:\n{text}"
+        );
     }
     Row { kind: kind.replace('_', " "), name: name.to_string(), rank, repair }
 }

@@ -63,7 +63,7 @@ fn find_in(
     samples: u32,
 ) -> Result<Report, Stop> {
     let check = |text: &str| stages::check("s.osl", text, &NoFiles, &Options::default());
-    let build = |text: &str, _: bool| {
+    let build = |text: &str| {
         let checked = check(text);
         let program = checked.program?;
         let plain = stages::lower(&program, params).ok()?;

@@ -4,11 +4,11 @@
 //! A mean is measured by a changed source with a further output for each candidate. Statements in loops are
 //! left out, since their value differs from round to round. This module must not know errors.
 
+use super::Build;
 use super::frame::Frame;
 use super::ground::Ground;
 use super::judge::{Judge, Set, Variant};
 use crate::sample::{Pattern, some_pixels};
-use crate::stability::fix::Build;
 use crate::stability::fix::source::{Source, each};
 use crate::stability::fix::term::word;
 use osl_exec::RunError;
@@ -169,7 +169,7 @@ pub(super) fn measured(
     }
     edits.sort_by_key(|edit| edit.span.start);
     let text = osl_syntax::repair::apply(source.reader.text, &edits);
-    let Some(built) = text.and_then(|text| build(&text, false)) else { return Ok(Vec::new()) };
+    let Some(built) = text.and_then(|text| build(&text)) else { return Ok(Vec::new()) };
     let variant = judge.variant(built.plain);
     let mut values: Vec<Vec<Vec<f32>>> = Vec::new();
     let mut planes = Vec::new();

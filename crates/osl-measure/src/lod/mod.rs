@@ -26,7 +26,7 @@ pub use judge::Errors;
 pub use report::{Front, Picture, Report, Row};
 pub use text::text;
 
-use crate::stability::fix::Build;
+use crate::stability::fix::Built;
 use crate::stability::fix::source::Source;
 use frame::Frame;
 use inputs::Inputs;
@@ -37,6 +37,9 @@ use osl_ir::ir::Body;
 use osl_scene::Grid;
 use search::{FootprintErrors, Search, known};
 use write::{Plan, Said};
+
+/// Compiles a changed text of the main file, without notes; `None` if it has errors.
+pub type Build<'a> = dyn Fn(&str) -> Option<Built> + 'a;
 
 /// What to simplify.
 pub struct Request<'a> {
@@ -141,7 +144,7 @@ fn settle(
     while !plan.is_empty() {
         let none = vec![[0.0; 2]; plan.near.len() + 1];
         let text = written(request, search, &plan, (width, &none))?;
-        let Some(built) = (request.build)(&text, false) else {
+        let Some(built) = (request.build)(&text) else {
             return Err(Stop::Refused("the written shader does not compile; this is a bug of oslrun".into()));
         };
         let written_now = search.judge.variant(built.plain);
@@ -209,7 +212,7 @@ fn pixel_width(
     let refused =
         || Stop::Refused("the width of a pixel in the shader's coordinate is not known".to_string());
     let (text, output) = write::probe(source, frame, inputs).ok_or_else(refused)?;
-    let built = (request.build)(&text, false).ok_or_else(refused)?;
+    let built = (request.build)(&text).ok_or_else(refused)?;
     let variant = judge.variant(built.plain);
     let ground = judge.ground(1.0, Set::Fitted);
     let pattern = crate::sample::Pattern::new(1, request.seed);

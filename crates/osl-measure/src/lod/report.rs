@@ -215,13 +215,13 @@ fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -
         report.levels.push(Level { replaces, widths, footprint: full, cost, error, original_error });
     };
     if !plan.inner.is_empty() {
-        let built = search.replaced(&[], &plan.inner).and_then(|text| (search.build)(&text, false));
+        let built = search.replaced(&[], &plan.inner).and_then(|text| (search.build)(&text));
         let program = built.map(|built| Alone::Program(Box::new(search.judge.variant(built.plain))));
         alone.extend(program.map(|program| ("changes in place".to_string(), program)));
     }
     for (near, number) in plan.near.iter().zip(1..) {
         taken.extend(&near.statements);
-        let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text, false));
+        let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text));
         let Some(built) = built else { continue };
         let variant = search.judge.variant(built.plain);
         push(near.statements.iter().map(|own| own.name.clone()).collect(), near.full, variant.cost);

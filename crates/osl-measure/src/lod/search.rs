@@ -5,13 +5,13 @@
 //! does not hold there begins at a larger footprint or is dropped. This module must not know how the text is
 //! written.
 
+use super::Build;
 use super::frame::Frame;
 use super::inputs::Inputs;
 use super::judge::{FOOTPRINTS, Judge, Off, Set, Truth, Variant};
 use super::means::{Statement, value};
 use super::write::{BEGIN, Far, Inner, Mean, Near, Plan, Said, soft, write};
 use super::{edges, noise};
-use crate::stability::fix::Build;
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
 use osl_hir::hir::Param;
@@ -205,7 +205,7 @@ impl Search<'_, '_> {
         let plan = Plan { inner, ..Plan::default() };
         let said = Said { errors: &[], samples: self.samples, given: false, largest: self.width };
         let text = write(self.source, self.frame, self.inputs, &plan, (self.width, &said));
-        let Some(built) = text.and_then(|text| (self.build)(&text, false)) else { return Ok(None) };
+        let Some(built) = text.and_then(|text| (self.build)(&text)) else { return Ok(None) };
         self.tried += 1;
         let variant = self.judge.variant(built.plain);
         let mut offs = Vec::new();
@@ -248,7 +248,7 @@ impl Search<'_, '_> {
         // Where noise in a value fades by itself, another fade around it gains little.
         let fades = |own: &&Statement| inner.outside(&[own]).len() == inner.edits.len();
         for own in statements.iter().filter(fades) {
-            let Some(built) = self.replaced(&[own], inner).and_then(|text| (self.build)(&text, false)) else {
+            let Some(built) = self.replaced(&[own], inner).and_then(|text| (self.build)(&text)) else {
                 continue;
             };
             self.tried += 1;
@@ -273,8 +273,7 @@ impl Search<'_, '_> {
                 }
                 let mut more = now.clone();
                 more.push(own);
-                let Some(built) = self.replaced(&more, inner).and_then(|text| (self.build)(&text, false))
-                else {
+                let Some(built) = self.replaced(&more, inner).and_then(|text| (self.build)(&text)) else {
                     continue;
                 };
                 self.tried += 1;

@@ -15,6 +15,8 @@ pub struct Knob {
     pub name: String,
     /// Values to try, as on the command line.
     pub values: Vec<String>,
+    /// Values that a user may choose, with which repairs are tested.
+    pub near: Vec<String>,
 }
 
 /// The results of an examination.

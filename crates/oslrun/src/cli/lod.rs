@@ -97,7 +97,7 @@ pub(super) fn lod(args: &LodArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         repair::apply(&mut input, None, &mut std::io::sink())?;
     }
     let check = |text: &str| stages::check(&input.name, text, &input.files, &input.options);
-    let build = |text: &str, _: bool| {
+    let build = |text: &str| {
         let checked = check(text);
         let program = checked.program?;
         let plain = load::lowered_again(&program, &request, false)?;

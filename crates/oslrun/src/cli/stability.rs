@@ -127,7 +127,7 @@ pub(super) fn stability(
     bar.done();
     if args.fix {
         let subject = Subject::new(&services, subject.base, &limits[1]);
-        examined.report.repair = Some(repair::find(run, &request, &subject, &grid, &examined)?);
+        examined.report.repair = Some(repair::find(run, &request, (&subject, &grid), &examined, &knobs)?);
     }
     let report = &examined.report;
     let mut text = if args.json { json(report)? } else { stability::text::text(report, args.all) };
@@ -193,8 +193,8 @@ pub(super) fn lost(run: &RunArgs, reads: &mut Reads, err: &mut dyn Write) -> Res
     Ok(map::largest(&layers(&planes.map_err(|stop| stopped(&stop, &sources))?)))
 }
 
-/// The values of a parameter to try: its limits, 0, its negation, and the extremes. `None` if it is not a
-/// number.
+/// The values of a parameter to try: its limits, 0, its negation, and the extremes; and those that a user may
+/// choose, without the extremes. `None` if it is not a number.
 fn knob(parameter: &Parameter, given: &[(String, String)]) -> Option<Knob> {
     if parameter.output {
         return None;
@@ -222,13 +222,29 @@ fn knob(parameter: &Parameter, given: &[(String, String)]) -> Option<Knob> {
     if let Some(x) = now.filter(|x| *x != 0.0) {
         push((-x).to_string());
     }
+    // What a user may choose; a repair must not harm there.
+    let mut near = values.clone();
+    near.extend(around(now.unwrap_or(0.0), whole).into_iter().map(|x| x.to_string()));
     let extremes: &[&str] = if whole {
         &["1", "-1", "2147483647", "-2147483648"]
     } else {
         &["1e-30", "-1e-30", "1e30", "-1e30", "nan", "inf", "-inf"]
     };
-    extremes.iter().for_each(|text| push((*text).to_string()));
-    Some(Knob { name: parameter.name.clone(), values })
+    for text in extremes {
+        if !values.iter().any(|value| value == text) {
+            values.push((*text).to_string());
+        }
+    }
+    Some(Knob { name: parameter.name.clone(), values, near })
+}
+
+/// Values around a parameter's given one, below and above it.
+fn around(now: f64, whole: bool) -> Vec<f64> {
+    match (whole, now == 0.0) {
+        (true, _) => vec![now - 1.0, now + 1.0, 2.0 * now],
+        (false, true) => vec![0.01, 1.0, -1.0],
+        (false, false) => [0.1, 0.5, 2.0, 4.0].iter().map(|factor| factor * now).collect(),
+    }
 }
 
 fn first(value: &Value) -> Option<f64> {

@@ -64,6 +64,8 @@ struct Level {
     near: Vec<f64>,
     /// The lines that are blamed there.
     lines: Vec<u32>,
+    /// Whether it is the given setting, at which no change may harm.
+    is_given: bool,
 }
 
 /// The settings at which changes are judged. The first one is the one to repair.
@@ -114,8 +116,8 @@ impl<'a> Judge<'a> {
                     let errors = worst(&strict, &exact, &ranges);
                     let before = Errors::of(&errors);
                     let near = around(&errors, grid.width, grid.height);
-                    let lines = lines.clone();
-                    levels.push(Level { points, tries, truth: exact, ranges, before, near, lines });
+                    let (lines, is_given) = (lines.clone(), !tries);
+                    levels.push(Level { points, tries, truth: exact, ranges, before, near, lines, is_given });
                 }
                 Err(_) if index == 0 => return None,
                 Err(_) => {}
@@ -130,10 +132,10 @@ impl<'a> Judge<'a> {
     }
 
     /// Judges a changed program against the original and against the errors of an earlier change. Besides the
-    /// first setting, those count at which one of these lines is blamed.
+    /// first setting, the given one counts, and those at which one of these lines is blamed.
     pub(super) fn judge(&self, programs: &Programs, lines: &[u32], earlier: &Errors) -> Result<Good, Bad> {
         let counts = |(index, level): &(usize, &Level)| {
-            *index == 0 || level.lines.iter().any(|line| lines.contains(line))
+            *index == 0 || level.is_given || level.lines.iter().any(|line| lines.contains(line))
         };
         let mut errors: Option<Errors> = None;
         for (_, level) in self.levels.iter().enumerate().filter(counts) {
@@ -151,8 +153,7 @@ impl<'a> Judge<'a> {
                 }
                 errors = Some(own);
             }
-            let harmed = points.iter().zip(&level.near).filter(|(now, near)| **now > 2.0 * **near + ROUNDING);
-            if harmed.count() as f64 > SAFE * points.len() as f64 {
+            if harms(&points, &level.near, ROUNDING, SAFE) {
                 return Err(Bad::Harms);
             }
         }
@@ -178,12 +179,27 @@ impl<'a> Judge<'a> {
     }
 }
 
+/// Whether more than the allowed share of the points become wrong that were right: their error exceeds twice
+/// the largest one near it before the change, and this share of the range.
+pub(super) fn harms(now: &[f64], near: &[f64], rounding: f64, allowed: f64) -> bool {
+    let harmed = now.iter().zip(near).filter(|(now, near)| **now > 2.0 * **near + rounding);
+    harmed.count() as f64 > allowed * now.len() as f64
+}
+
 /// The error of each point in its worst output, as a share of the range; 1 if only one of the two values is a
 /// number.
 fn worst(values: &[Vec<f64>], truth: &[Vec<f64>], ranges: &[f64]) -> Vec<f64> {
-    let points = truth.first().map_or(0, Vec::len);
+    let planes = values.iter().zip(truth).zip(ranges).map(|((values, truth), range)| (values, truth, *range));
+    worst_of(planes, truth.first().map_or(0, Vec::len))
+}
+
+/// The same for planes with their truth and their range, at this number of points.
+pub(super) fn worst_of<'v>(
+    planes: impl Iterator<Item = (&'v Vec<f64>, &'v Vec<f64>, f64)>,
+    points: usize,
+) -> Vec<f64> {
     let mut out = vec![0.0_f64; points];
-    for ((values, truth), range) in values.iter().zip(truth).zip(ranges) {
+    for (values, truth, range) in planes {
         for ((out, value), truth) in out.iter_mut().zip(values).zip(truth) {
             let error = if value == truth || (value.is_nan() && truth.is_nan()) {
                 0.0
@@ -199,7 +215,7 @@ fn worst(values: &[Vec<f64>], truth: &[Vec<f64>], ranges: &[f64]) -> Vec<f64> {
 }
 
 /// For each point of a grid the largest value near it.
-fn around(values: &[f64], width: usize, height: usize) -> Vec<f64> {
+pub(super) fn around(values: &[f64], width: usize, height: usize) -> Vec<f64> {
     if values.len() != width * height {
         return values.to_vec();
     }

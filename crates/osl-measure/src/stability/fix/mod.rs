@@ -2,8 +2,8 @@
 //!
 //! `candidates` and `loops` find the places where a known rewrite matches (`rows` is the table of them), and
 //! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the
-//! original source in double precision, computes the same function there, leaves right what was right, and
-//! costs less than 1.2 times. If one rewrite is not enough, others are added to the best one. This module
+//! original source in double precision, computes the same function there, leaves right what was right (also
+//! with other values of the parameters: `variants`), and costs less than 1.2 times. If one rewrite is not enough, others are added to the best one. This module
 //! must not write files.
 
 mod candidates;
@@ -14,11 +14,12 @@ mod rows;
 pub(crate) mod source;
 pub(crate) mod term;
 pub mod text;
+mod variants;
 mod writing;
 
 pub use judge::Errors;
 
-use super::examine::{Examined, NOTABLE};
+use super::examine::{Examined, Knob, NOTABLE};
 use super::lines::{Culprit, culprits};
 use super::subject::Subject;
 use super::sweep::Setting;
@@ -30,6 +31,7 @@ use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
 use serde::Serialize;
 use source::Source;
+use variants::Variants;
 
 /// A source that was compiled again.
 pub struct Built {
@@ -43,8 +45,25 @@ pub struct Built {
     pub noted: Option<Body>,
 }
 
-/// Compiles a changed text of the main file, with notes or without; `None` if it has errors.
-pub type Build<'a> = dyn Fn(&str, bool) -> Option<Built> + 'a;
+/// What is compiled again.
+pub struct Changed<'a> {
+    /// The text of the main file.
+    pub text: &'a str,
+    /// Whether the body with notes is needed.
+    pub notes: bool,
+    /// A parameter with another value than the given one, as on the command line.
+    pub param: Option<(&'a str, &'a str)>,
+}
+
+impl<'a> Changed<'a> {
+    /// A text with the given values of the parameters, without notes.
+    pub fn plain(text: &'a str) -> Changed<'a> {
+        Changed { text, notes: false, param: None }
+    }
+}
+
+/// Compiles a changed text of the main file; `None` if it has errors.
+pub type Build<'a> = dyn Fn(&Changed<'_>) -> Option<Built> + 'a;
 
 /// A rewrite that belongs to a repair.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -80,6 +99,9 @@ pub struct Repair {
     pub doubt: f64,
     /// Rewrites that help as much, but cost too much: the best one.
     pub dear: Option<Step>,
+    /// A rewrite that helps at the given values, with the parameter and the value at which it makes points
+    /// wrong that were right.
+    pub harmful: Option<(Step, (String, String))>,
     /// The best rewrite that does not help enough, with how many times smaller its error is.
     pub nearly: Option<(Step, f64)>,
     /// Number of rewrites that were tried.
@@ -103,12 +125,16 @@ const FURTHER: [f64; 2] = [1.2, 2.0];
 const STEPS: usize = 4;
 /// Maximum number of rewrites that are tried for one step.
 const TRIES: usize = 80;
+/// Maximum number of them that are tested with other values of the parameters, the best ones first.
+const TESTS: usize = 12;
 
-/// Looks for a repair of the lines to blame in the main file with this text.
+/// Looks for a repair of the lines to blame in the main file with this text. It must do no harm at the values
+/// of `knobs` either.
 pub fn repair(
     subject: &Subject<'_>,
     grid: &Grid,
     examined: &Examined,
+    knobs: &[Knob],
     (text, program): (&str, &Program),
     build: &Build<'_>,
 ) -> Repair {
@@ -122,6 +148,7 @@ pub fn repair(
     };
     let settings: Vec<(Setting, Vec<u32>)> =
         settings.into_iter().map(|setting| (setting.clone(), blamed(&setting))).collect();
+    let variants = Variants::new((subject, grid), knobs, text);
     let mut last: Option<Repair> = None;
     for index in 0..settings.len() {
         let Some((setting, lines)) = settings.get(index).filter(|(_, lines)| !lines.is_empty()) else {
@@ -134,7 +161,7 @@ pub fn repair(
         let mut order = settings.clone();
         order.swap(0, index);
         let Some(judge) = Judge::new(subject, grid, &order) else { continue };
-        let search = Search { subject, grid, judge, setting: setting.clone(), build };
+        let search = Search { subject, grid, judge, variants: &variants, setting: setting.clone(), build };
         let found = search.run(text, program, lines.clone());
         let is_done = !found.steps.is_empty();
         // The first setting with a result of any kind is reported, unless a later one can be repaired.
@@ -172,6 +199,7 @@ fn nothing(setting: &str) -> Repair {
         steps: Vec::new(),
         doubt: 0.0,
         dear: None,
+        harmful: None,
         nearly: None,
         tried: 0,
         not_tried: 0,
@@ -186,6 +214,7 @@ struct Search<'a> {
     subject: &'a Subject<'a>,
     grid: &'a Grid,
     judge: Judge<'a>,
+    variants: &'a Variants<'a>,
     setting: Setting,
     build: &'a Build<'a>,
 }
@@ -195,6 +224,7 @@ struct Search<'a> {
 struct RewriteOutcome {
     best: Option<(Candidate, Good)>,
     dear: Option<(Candidate, Good)>,
+    harmful: Option<(Candidate, Good, (String, String))>,
     nearly: Option<(Candidate, f64)>,
     tried: usize,
     not_tried: usize,
@@ -214,6 +244,7 @@ impl Search<'_> {
             repair.not_tried += tried.not_tried;
             if repair.steps.is_empty() {
                 repair.dear = tried.dear.map(|(candidate, good)| step(&candidate, &good));
+                repair.harmful = tried.harmful.map(|(candidate, good, at)| (step(&candidate, &good), at));
                 repair.nearly = tried.nearly.map(|(candidate, gain)| {
                     let good = Good { errors: before, cost: 1.0, doubt: 0.0 };
                     (step(&candidate, &good), gain)
@@ -227,7 +258,8 @@ impl Search<'_> {
             repair.doubt = good.doubt;
             repair.steps.push(step(&candidate, &good));
             text = candidate.text;
-            let Some(built) = (self.build)(&text, true) else { break };
+            let changed = Changed { text: &text, notes: true, param: None };
+            let Some(built) = (self.build)(&changed) else { break };
             blamed = self.blamed(&built);
             program = built.program;
         }
@@ -235,6 +267,7 @@ impl Search<'_> {
         if gain >= ENOUGH {
             repair.text = Some(text);
             repair.dear = None;
+            repair.harmful = None;
             repair.nearly = None;
         } else if !repair.steps.is_empty() {
             // The best combination does not help enough.
@@ -263,21 +296,18 @@ impl Search<'_> {
             .collect();
         list.sort_by_key(|(rank, _)| *rank);
         let mut out = RewriteOutcome::default();
+        let mut passed: Vec<(Candidate, Good)> = Vec::new();
         for (_, candidate) in list {
             if out.tried >= TRIES || self.subject.is_over() {
                 out.not_tried += 1;
                 continue;
             }
             out.tried += 1;
-            let Some(built) = (self.build)(&candidate.text, false) else { continue };
+            let Some(built) = (self.build)(&Changed::plain(&candidate.text)) else { continue };
             let programs = self.subject.base.programs_of(built.plain, self.subject.limits);
             let own: Vec<u32> = candidate.lines.iter().copied().collect();
             match self.judge.judge(&programs, touched.unwrap_or(&own), now) {
-                Ok(good) if good.cost < DEAR => {
-                    if out.best.as_ref().is_none_or(|best| better((&candidate, &good), (&best.0, &best.1))) {
-                        out.best = Some((candidate, good));
-                    }
-                }
+                Ok(good) if good.cost < DEAR => passed.push((candidate, good)),
                 Ok(good) => {
                     let is_enough = now.gain(&good.errors) >= ENOUGH;
                     let is_best = out.dear.as_ref().is_none_or(|(_, other)| good.cost < other.cost);
@@ -291,6 +321,23 @@ impl Search<'_> {
                     }
                 }
                 Err(Bad::Stops | Bad::Harms | Bad::Differs) => {}
+            }
+        }
+        for _ in 0..TESTS {
+            let best = (0..passed.len()).reduce(|a, b| {
+                let (best, other) = (&passed[a], &passed[b]);
+                if better((&other.0, &other.1), (&best.0, &best.1)) { b } else { a }
+            });
+            let Some((candidate, good)) = best.map(|best| passed.remove(best)) else { break };
+            match self.variants.harmed_by(&candidate.text, self.build) {
+                None => {
+                    out.best = Some((candidate, good));
+                    break;
+                }
+                Some(at) if now.gain(&good.errors) >= ENOUGH && out.harmful.is_none() => {
+                    out.harmful = Some((candidate, good, at));
+                }
+                Some(_) => {}
             }
         }
         out

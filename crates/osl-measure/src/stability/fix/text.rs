@@ -81,6 +81,15 @@ fn none(repair: &Repair, shader: &str, out: &mut String) {
         if let Some(before) = &repair.before {
             let _ = writeln!(out, "  = {}", change(before, &step.errors));
         }
+    } else if let Some((step, (name, value))) = &repair.harmful {
+        let _ = writeln!(
+            out,
+            "\nThis one helps with the given values, but with `{name} = {value}` it makes points wrong that are right:"
+        );
+        rewrite(shader, step, out);
+        if let Some(before) = &repair.before {
+            let _ = writeln!(out, "  = {}", change(before, &step.errors));
+        }
     } else if let Some((step, gain)) = &repair.nearly
         && *gain >= 1.1
     {

@@ -6,8 +6,8 @@ use super::super::args::RunArgs;
 use super::super::load::{self, Request};
 use super::super::{Failure, diff, input, repair as brackets};
 use osl::stages;
-use osl_measure::stability::fix::{self, Built, Repair};
-use osl_measure::stability::{Examined, Subject};
+use osl_measure::stability::fix::{self, Built, Changed, Repair};
+use osl_measure::stability::{Examined, Knob, Subject};
 use osl_scene::Grid;
 use osl_syntax::escape::shown;
 use std::io::Write;
@@ -25,9 +25,9 @@ pub(super) fn suits(run: &RunArgs) -> Result<(), Failure> {
 pub(super) fn find(
     run: &RunArgs,
     request: &Request<'_>,
-    subject: &Subject<'_>,
-    grid: &Grid,
+    (subject, grid): (&Subject<'_>, &Grid),
     examined: &Examined,
+    knobs: &[Knob],
 ) -> Result<Repair, Failure> {
     let Some(path) = run.file.as_deref() else { return Err(Failure::usage("--fix needs a file")) };
     let mut input = input::read(path, &run.read)?;
@@ -36,15 +36,18 @@ pub(super) fn find(
         brackets::apply(&mut input, None, &mut std::io::sink())?;
     }
     let check = |text: &str| stages::check(&input.name, text, &input.files, &input.options);
-    let build = |text: &str, notes: bool| {
-        let checked = check(text);
+    let build = |changed: &Changed<'_>| {
+        let checked = check(changed.text);
         let program = checked.program?;
-        let plain = load::lowered_again(&program, request, false)?;
-        let noted = if notes { Some(load::lowered_again(&program, request, true)?) } else { None };
+        let mut params = request.params.to_vec();
+        params.extend(changed.param.map(|(name, value)| (name.to_string(), value.to_string())));
+        let request = Request { params: &params, ..*request };
+        let plain = load::lowered_again(&program, &request, false)?;
+        let noted = if changed.notes { Some(load::lowered_again(&program, &request, true)?) } else { None };
         Some(Built { program, sources: checked.sources, plain, noted })
     };
     let program = check(&input.text).program.ok_or_else(Failure::said)?;
-    let mut found = fix::repair(subject, grid, examined, (&input.text, &program), &build);
+    let mut found = fix::repair(subject, grid, examined, knobs, (&input.text, &program), &build);
     if let Some(text) = &found.text {
         found.diff = diff::unified(&input.name, (&input.text, text), "repaired");
     }
