@@ -3,10 +3,11 @@
 //! This module must not know whether a rewrite helps.
 
 use super::matching::{PatternMatch, find};
-use super::rows::{ROWS, Row};
+use super::polynomial::{self, common_factor};
+use super::rows::{Row, rows};
 use super::source::{Site, Source};
 use super::term::{Head, Term, binds, parse, parse_grouped, word};
-use super::writing::{filled, show, tidied, with_rest};
+use super::writing::{filled, show, tidied, with_factors, with_rest};
 use osl_ir::types::Type;
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
@@ -53,7 +54,7 @@ fn ready() -> &'static [Ready] {
                 write: parse_grouped(row.write)?,
             })
         };
-        ROWS.iter().filter_map(read).collect()
+        rows().filter_map(read).collect()
     })
 }
 
@@ -74,7 +75,7 @@ pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> 
         let known = source.known(&term);
         let mut forms = vec![term.clone()];
         forms.extend(known.iter().take(VARIABLES).map(|var| source.opened(&term, Some(&[*var]), 1)));
-        if !known.is_empty() {
+        if !known.is_empty() || source.calls(&term) {
             forms.extend((1..=DEPTH).map(|depth| source.opened(&term, None, depth)));
         }
         let mut put = |candidate: Option<Candidate>| {
@@ -89,9 +90,22 @@ pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> 
                 continue;
             }
             put(cancelled(source, &site, form));
+            by_polynomial(source, &site, form).into_iter().for_each(|candidate| put(Some(candidate)));
+            // A difference of products is matched without their common factors, too.
+            let inner = common_factor(form);
             for ready in ready() {
                 for found in find(&ready.find, form) {
                     put(rewrite(source, &site, ready, &found));
+                }
+                if let Some((factors, inner)) = &inner {
+                    for found in find(&ready.find, inner) {
+                        put(rewrite(
+                            source,
+                            &site,
+                            ready,
+                            &PatternMatch { factors: factors.clone(), ..found },
+                        ));
+                    }
                 }
             }
         }
@@ -106,6 +120,47 @@ fn cancelled(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Option<Candid
     form.each(&mut |part| covers.extend(part.covers.iter().copied()));
     let why = "terms or factors cancel, but what is between them rounds everything else away";
     made(source, site, ("terms that cancel", why), &covers, &[], new)
+}
+
+/// The expression as a polynomial: without what cancels when products are expanded, around the centre of its
+/// powers, or as squares of differences.
+fn by_polynomial(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Vec<Candidate> {
+    let mut covers = Vec::new();
+    form.each(&mut |part| covers.extend(part.covers.iter().copied()));
+    let candidate = |said: (&'static str, &'static str), inserted: &[String], term: &Term| {
+        made(source, site, said, &covers, inserted, placed(source, site, term)?)
+    };
+    let cancels = (
+        "products expanded",
+        "parts of the products cancel; without them, what is left is rounded by its own size",
+    );
+    let mut out: Vec<Candidate> =
+        polynomial::expanded(form).iter().filter_map(|term| candidate(cancels, &[], term)).collect();
+    let squares = (
+        "squares of differences",
+        "large squares nearly cancel; the differences are taken before they are squared",
+    );
+    out.extend(polynomial::squares_of_differences(form).and_then(|term| candidate(squares, &[], &term)));
+    let name = unused(source, "off", &[]);
+    if site.before.is_some()
+        && let Some((term, distance)) = polynomial::around_centre(form, &name)
+        && let Some(ty) = word(type_of(&distance))
+    {
+        let local = format!("{ty} {name} = {};", show(&distance).0);
+        let centre = (
+            "powers around their centre",
+            "large terms of the polynomial nearly cancel; powers of the distance from its roots do not",
+        );
+        out.extend(candidate(centre, &[local], &term));
+    }
+    out
+}
+
+/// A name that neither the shader nor these locals use.
+fn unused(source: &Source<'_>, base: &str, locals: &[Local]) -> String {
+    let names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
+    let mut names = names.filter(|name| !words(source.reader.text).any(|word| word == *name));
+    names.find(|name| !locals.iter().any(|l| l.name == *name)).unwrap_or_default()
 }
 
 /// A letter with the local variable that holds it.
@@ -195,10 +250,7 @@ fn written(
         if !term.is_pure {
             return None;
         }
-        let base = name_of(&term);
-        let names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
-        let mut names = names.filter(|name| !words(source.reader.text).any(|word| word == *name));
-        let name = names.find(|name| !locals.iter().any(|l| l.name == *name))?;
+        let name = unused(source, name_of(&term), locals);
         // The variable keeps the form of its value, so that it still cancels.
         let local = Term { text: Some(name.as_str().into()), binds: binds::WHOLE, var: None, ..term.clone() };
         locals.push(Local { letter, name, ty: word(type_of(&term))?, value: term });
@@ -236,6 +288,7 @@ fn written(
     let term = filled(&ready.write, &found)?;
     let is_list = matches!(ready.find.head, Head::Sum(_) | Head::Product(_));
     let term = if is_list { with_rest(term, is_sum, &found) } else { term };
+    let term = with_factors(term, &found);
     Some((locals, placed(source, site, &term)?))
 }
 
@@ -313,7 +366,7 @@ mod tests {
 
     #[test]
     fn all_rows_can_be_read() {
-        assert_eq!(ready().len(), ROWS.len());
+        assert_eq!(ready().len(), rows().count());
         for ready in ready() {
             let mut letters: Vec<char> = Vec::new();
             ready.find.each(&mut |t| letters.extend(letter(t)));

@@ -91,8 +91,8 @@ pub(super) struct Good {
 pub(super) enum Bad {
     /// It does not run to its end.
     Stops,
-    /// It helps too little: how many times smaller the error is.
-    Little(f64),
+    /// It helps too little: how many times smaller the error is, and the errors.
+    Little(f64, Errors),
     /// It makes other points wrong.
     Harms,
     /// It is another function, also in double precision.
@@ -149,7 +149,7 @@ impl<'a> Judge<'a> {
             if errors.is_none() {
                 let gain = earlier.gain(&own);
                 if gain < WORTHWHILE {
-                    return Err(Bad::Little(gain));
+                    return Err(Bad::Little(gain, own));
                 }
                 errors = Some(own);
             }

@@ -22,6 +22,8 @@ pub(super) struct PatternMatch {
     pub(super) covers: Vec<Span>,
     /// The parts of the sum or product that the pattern leaves.
     pub(super) rest: Vec<(bool, Term)>,
+    /// The factors by which the whole is multiplied.
+    pub(super) factors: Vec<(bool, Term)>,
     /// Whether the term is the pattern with the opposite sign.
     pub(super) is_negative: bool,
 }

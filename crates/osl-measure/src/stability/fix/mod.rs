@@ -7,9 +7,11 @@
 //! must not write files.
 
 mod candidates;
+mod inlining;
 mod judge;
 mod loops;
 mod matching;
+mod polynomial;
 mod rows;
 pub(crate) mod source;
 pub(crate) mod term;
@@ -125,6 +127,10 @@ const FURTHER: [f64; 2] = [1.2, 2.0];
 const STEPS: usize = 4;
 /// Maximum number of rewrites that are tried for one step.
 const TRIES: usize = 80;
+/// A rewrite may be the first of two if the error grows to no more than the reciprocal of this.
+const NEUTRAL: f64 = 0.5;
+/// Maximum number of rewrites that are tried as the first of two.
+const PAIRS: usize = 8;
 /// Maximum number of them that are tested with other values of the parameters, the best ones first.
 const TESTS: usize = 12;
 
@@ -226,6 +232,8 @@ struct RewriteOutcome {
     dear: Option<(Candidate, Good)>,
     harmful: Option<(Candidate, Good, (String, String))>,
     nearly: Option<(Candidate, f64)>,
+    /// Those that change little by themselves, with the errors.
+    neutral: Vec<(Candidate, Errors)>,
     tried: usize,
     not_tried: usize,
 }
@@ -251,7 +259,16 @@ impl Search<'_> {
                 });
             }
             let least = FURTHER[usize::from(before.gain(&now) >= ENOUGH)];
-            let best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= least);
+            let mut best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= least);
+            let is_enough = best.as_ref().is_some_and(|(_, good)| before.gain(&good.errors) >= ENOUGH);
+            if repair.steps.is_empty()
+                && !is_enough
+                && let Some((first, errors, second, good)) = self.pair(tried.neutral, &now)
+            {
+                touched = Some(first.lines.iter().copied().collect());
+                repair.steps.push(step(&first, &Good { errors, ..good }));
+                best = Some((second, good));
+            }
             let Some((candidate, good)) = best else { break };
             touched.get_or_insert_with(|| candidate.lines.iter().copied().collect());
             now = good.errors;
@@ -275,6 +292,33 @@ impl Search<'_> {
             repair.steps.clear();
         }
         repair
+    }
+
+    /// Two rewrites of which the first alone changes little: where a root hides what nearly cancels below it,
+    /// both must go.
+    fn pair(
+        &self,
+        neutral: Vec<(Candidate, Errors)>,
+        now: &Errors,
+    ) -> Option<(Candidate, Errors, Candidate, Good)> {
+        let mut found: Option<(Candidate, Errors, Candidate, Good)> = None;
+        for (first, errors) in neutral.into_iter().take(PAIRS) {
+            if self.subject.is_over() {
+                break;
+            }
+            let changed = Changed { text: &first.text, notes: true, param: None };
+            let Some(built) = (self.build)(&changed) else { continue };
+            let blamed = self.blamed(&built);
+            let touched: Vec<u32> = first.lines.iter().copied().collect();
+            let tried = self.step(&first.text, &built.program, (&blamed, Some(&touched)), now);
+            let best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= ENOUGH);
+            if let Some((second, good)) = best
+                && found.as_ref().is_none_or(|old| better((&second, &good), (&old.2, &old.3)))
+            {
+                found = Some((first, errors, second, good));
+            }
+        }
+        found
     }
 
     /// Tries the rewrites of the blamed lines. `touched` are the lines of earlier rewrites, if there are any.
@@ -315,9 +359,12 @@ impl Search<'_> {
                         out.dear = Some((candidate, good));
                     }
                 }
-                Err(Bad::Little(gain)) => {
+                Err(Bad::Little(gain, errors)) => {
                     if gain > 1.0 && out.nearly.as_ref().is_none_or(|(_, other)| gain > *other) {
-                        out.nearly = Some((candidate, gain));
+                        out.nearly = Some((candidate.clone(), gain));
+                    }
+                    if gain >= NEUTRAL {
+                        out.neutral.push((candidate, errors));
                     }
                 }
                 Err(Bad::Stops | Bad::Harms | Bad::Differs) => {}

@@ -3,7 +3,8 @@
 //!
 //! This module must not know the table of rewrites.
 
-use super::term::{Head, Reader, Term, product, sum, within};
+use super::inlining::component;
+use super::term::{COMPONENTS, Head, Reader, Term, product, sum, within};
 use osl_hir::hir::{Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, VarId, VarKind};
 use osl_hir::lint::{bodies, each_stmt};
 use osl_syntax::ast::BinaryOp;
@@ -30,6 +31,8 @@ pub(crate) struct Source<'p> {
     bare: String,
     /// The value of each local that is declared with one.
     values: BTreeMap<VarId, &'p Expr>,
+    /// The calls of functions of the source.
+    calls: BTreeMap<(u32, u32), &'p Expr>,
     /// Where each variable is written after its declaration.
     writes: BTreeMap<VarId, Vec<Span>>,
     /// The loops.
@@ -80,6 +83,7 @@ impl<'p> Source<'p> {
             reader: Reader { text },
             bare: bare(text),
             values: BTreeMap::new(),
+            calls: BTreeMap::new(),
             writes: BTreeMap::new(),
             loops: Vec::new(),
             starts: std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect(),
@@ -97,6 +101,13 @@ impl<'p> Source<'p> {
         }
         if let StmtKind::Loop { .. } = &stmt.kind {
             self.loops.push(stmt.span);
+        }
+        for e in own_exprs(stmt) {
+            each(e, &mut |e| {
+                if let ExprKind::Call(..) = &e.kind {
+                    self.calls.insert((e.span.start, e.span.end), e);
+                }
+            });
         }
         let mut written: Vec<(VarId, Span)> = Vec::new();
         let mut write = |place: &Lvalue, span: Span| written.push((place.var, span));
@@ -277,6 +288,13 @@ impl<'p> Source<'p> {
         fits
     }
 
+    /// Whether a term calls functions of the source.
+    pub(super) fn calls(&self, term: &Term) -> bool {
+        let mut calls = false;
+        term.each(&mut |part| calls |= part.call.is_some());
+        calls
+    }
+
     /// The variables of a term that have a value which still holds there.
     pub(super) fn known(&self, term: &Term) -> Vec<VarId> {
         let mut out = Vec::new();
@@ -328,6 +346,16 @@ impl<'p> Source<'p> {
                 None => term.clone(),
             };
         }
+        if let Some(call) = term.call
+            && vars.is_none()
+            && self.left.get() > 0
+            && let Some(value) = self.calls.get(&(call.start, call.end)).and_then(|call| self.inlined(call))
+        {
+            self.left.set(self.left.get().saturating_sub(1));
+            let value = self.open(&value, vars, depth - 1);
+            let covers = value.covers.iter().chain(&term.covers).copied().collect();
+            return Term { text: value.text.clone(), covers, ty: term.ty, call: None, ..value };
+        }
         let parts: Vec<Term> = term.parts.iter().map(|part| self.open(part, vars, depth)).collect();
         let again = |made: Term| Term {
             text: term.text.clone(),
@@ -339,6 +367,15 @@ impl<'p> Source<'p> {
         match &term.head {
             Head::Sum(flags) => again(sum(flags.iter().copied().zip(parts).collect())),
             Head::Product(flags) => again(product(flags.iter().copied().zip(parts).collect())),
+            Head::Call(name) => {
+                let index = COMPONENTS.iter().position(|own| own == &&**name);
+                let known = index.and_then(|index| component(index, parts.first()?));
+                // The component of a variable without a known value is itself.
+                match known.filter(|known| !matches!(known.head, Head::Call(ref own) if own == name)) {
+                    Some(known) => again(known),
+                    None => Term { parts, ..term.clone() },
+                }
+            }
             _ => Term { parts, ..term.clone() },
         }
     }

@@ -4,7 +4,7 @@
 //! ([`parse`]). A term of a shader remembers its source text, so that a rewrite keeps the author's spelling.
 //! This module must not know rows, errors or edits.
 
-use osl_hir::hir::{Expr, ExprKind, VarId};
+use osl_hir::hir::{Expr, ExprKind, Step, VarId};
 use osl_ir::types::{Base, Type};
 use osl_syntax::ast::{self, Ast, BinaryOp, UnaryOp};
 use osl_syntax::span::Span;
@@ -59,6 +59,8 @@ pub(super) struct Term {
     pub(super) is_pure: bool,
     /// The variable that it reads, and where.
     pub(super) var: Option<(VarId, Span)>,
+    /// Where it calls a function of the source.
+    pub(super) call: Option<Span>,
 }
 
 impl Term {
@@ -66,7 +68,17 @@ impl Term {
     pub(super) fn new(head: Head, parts: Vec<Term>) -> Term {
         let is_pure = parts.iter().all(|part| part.is_pure);
         let ty = parts.iter().find_map(|part| part.ty);
-        Term { head, parts, text: None, binds: binds::WHOLE, covers: Vec::new(), ty, is_pure, var: None }
+        Term {
+            head,
+            parts,
+            text: None,
+            binds: binds::WHOLE,
+            covers: Vec::new(),
+            ty,
+            is_pure,
+            var: None,
+            call: None,
+        }
     }
 
     pub(super) fn number(x: f64) -> Term {
@@ -198,6 +210,9 @@ impl Reader<'_> {
         {
             term.var = Some((place.var, e.span));
         }
+        if matches!(e.kind, ExprKind::Call(..)) {
+            term.call = Some(e.span);
+        }
         term.text = Some(text.into());
         term.binds = own;
         term.covers.push(e.span);
@@ -236,6 +251,17 @@ impl Reader<'_> {
         Some((text, own))
     }
 
+    /// The term of a variable that is read at this place.
+    pub(super) fn variable(&self, var: VarId, ty: Option<Type>, at: Span, name: &str) -> Term {
+        Term {
+            text: Some(name.into()),
+            covers: vec![at],
+            ty,
+            var: Some((var, at)),
+            ..Term::new(Head::Leaf(name.into()), Vec::new())
+        }
+    }
+
     fn structure(&self, e: &Expr) -> Option<Term> {
         let is_real = e.ty == Type::FLOAT || e.ty.is_triple();
         let within = |parts: &[&Expr]| {
@@ -253,6 +279,18 @@ impl Reader<'_> {
                 ExprKind::Int(_) | ExprKind::Float(_) => self.structure(inner),
                 _ => None,
             },
+            ExprKind::Read(place) => {
+                let [Step::Component(index)] = &place.path[..] else { return None };
+                let ExprKind::Int(index @ 0..=2) = index.kind else { return None };
+                let written = self.text.get(e.span.start as usize..e.span.end as usize)?;
+                let name = written.split('[').next()?.trim();
+                let whole = self.variable(place.var, None, e.span, name);
+                Some(Term::new(Head::Call(COMPONENTS[index as usize].into()), vec![whole]))
+            }
+            ExprKind::Triple(parts) if e.ty.is_triple() && within(&parts.each_ref()) => {
+                let parts = parts.iter().map(|part| self.term(part)).collect::<Option<Vec<Term>>>()?;
+                Some(Term::new(Head::Call(word(e.ty)?.into()), parts))
+            }
             ExprKind::Unary(UnaryOp::Neg, a) if is_real && within(&[a]) => Some(negative(self.term(a)?)),
             ExprKind::Binary(op, a, b) if is_real && within(&[a, b]) => {
                 let (left, right) = (self.term(a)?, self.term(b)?);
@@ -293,6 +331,9 @@ fn call_of(name: &str, mut parts: Vec<Term>) -> Term {
     Term::new(Head::Call(name.into()), parts)
 }
 
+/// The names under which rows have the components of a triple.
+pub(super) const COMPONENTS: [&str; 3] = ["comp0", "comp1", "comp2"];
+
 /// Functions of two arguments that can be exchanged.
 pub(super) const COMMUTE: [&str; 5] = ["dot", "distance", "hypot", "max", "min"];
 
@@ -314,7 +355,7 @@ fn stripped(mut text: &str) -> &str {
 
 /// The expressions directly within an expression.
 pub(crate) fn within(e: &Expr) -> Vec<&Expr> {
-    use osl_hir::hir::{Arg, Init, Lvalue, Step};
+    use osl_hir::hir::{Arg, Init, Lvalue};
     fn place<'e>(place: &'e Lvalue, out: &mut Vec<&'e Expr>) {
         for step in &place.path {
             match step {

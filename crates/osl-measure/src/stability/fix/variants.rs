@@ -1,10 +1,10 @@
 //! Other values of the parameters, at which a repair must not make points wrong that were right.
 //!
 //! A repair is found at the given values, where a root may never be near the number that it is added to, or
-//! a divisor never 0. The truth is again the original source in double precision. This module must not know
-//! how a change was found.
+//! a divisor never 0. The truth is again the original source in double precision. A point counts as wrong from
+//! the error on for which lines are blamed. This module must not know how a change was found.
 
-use super::super::examine::Knob;
+use super::super::examine::{Knob, NOTABLE};
 use super::super::subject::Subject;
 use super::super::sweep::{SAFE, Setting, range};
 use super::judge::{around, harms, worst_of};
@@ -12,12 +12,13 @@ use super::{Build, Changed};
 use osl_scene::Grid;
 use std::cell::OnceCell;
 
-/// Change of a point that was right, as a share of the range, which does no harm at other values.
-const HARMLESS: f64 = 2e-5;
-
 /// The share of the points that a change may harm at the value 0. Single points often divide by 0 there, and
 /// have no meaning before and after the change.
 const AT_ZERO: f64 = 0.05;
+
+/// A value next to 0. Where the original jumps on the way from it to 0, it divides by 0, and its result there
+/// has no meaning.
+const NEXT_TO_ZERO: &str = "1e-6";
 
 /// The original at one value of a parameter.
 struct Variant {
@@ -41,6 +42,13 @@ impl Variant {
         let empty = strict.first().map_or(0, Vec::len);
         worst_of(varying, empty)
     }
+}
+
+/// Whether more points than a change may harm at 0 differ by more than a tenth of the range.
+fn jumps(at: &[Vec<f64>], next: &[Vec<f64>]) -> bool {
+    let planes = next.iter().zip(at).map(|(next, at)| (next, at, range(next)));
+    let apart = worst_of(planes, at.first().map_or(0, Vec::len));
+    apart.iter().filter(|apart| **apart > 0.1).count() as f64 > AT_ZERO * apart.len() as f64
 }
 
 /// The original at other values of its parameters. They are run when the first change is tested.
@@ -71,7 +79,7 @@ impl<'a> Variants<'a> {
                 return true;
             };
             let now = variant.errors(&strict);
-            harms(&now, &variant.near, HARMLESS, variant.allowed)
+            harms(&now, &variant.near, NOTABLE, variant.allowed)
         };
         let bad = found.iter().filter(|_| !self.subject.is_over()).find(harms)?;
         Some((bad.name.clone(), bad.value.clone()))
@@ -84,11 +92,15 @@ impl<'a> Variants<'a> {
                 if self.subject.is_over() {
                     break;
                 }
-                let run = |exact| self.run(self.text, &knob.name, value, build, exact);
-                let (Some(strict), Some(truth)) = (run(false), run(true)) else { continue };
+                let run = |value: &str, exact| self.run(self.text, &knob.name, value, build, exact);
+                let (Some(strict), Some(truth)) = (run(value, false), run(value, true)) else { continue };
+                let is_zero = value.parse::<f64>().is_ok_and(|x| x == 0.0);
+                if is_zero && run(NEXT_TO_ZERO, true).is_none_or(|next| jumps(&truth, &next)) {
+                    continue;
+                }
                 let ranges: Vec<f64> = truth.iter().map(|plane| range(plane)).collect();
                 let varies = |plane: &Vec<f64>| plane.iter().any(|x| Some(x) != plane.first());
-                let allowed = if value.parse::<f64>().is_ok_and(|x| x == 0.0) { AT_ZERO } else { SAFE };
+                let allowed = if is_zero { AT_ZERO } else { SAFE };
                 let mut variant = Variant {
                     name: knob.name.clone(),
                     value: value.clone(),

@@ -4,7 +4,8 @@
 //! This module must not know where the text goes.
 
 use super::matching::PatternMatch;
-use super::term::{Head, Term, binds, negative, sum};
+use super::polynomial;
+use super::term::{COMPONENTS, Head, Term, binds, negative, sum};
 use osl_syntax::ast::BinaryOp;
 
 /// The replacement with the terms of the letters; `None` if a letter has no term.
@@ -67,10 +68,26 @@ fn called(name: &str, parts: Vec<Term>) -> Option<Term> {
             Term::number(x - turn * (x / turn).round())
         }
         ("wrapped", _) => return None,
+        _ if let Some(index) = COMPONENTS.iter().position(|own| *own == name) => {
+            return component(index, parts.first()?);
+        }
         ("abs", [x]) => Term::number(x.abs()),
         ("floor", [x]) => Term::number(x.floor()),
         ("mod", [x, y]) if *y != 0.0 => Term::number(x - y * (x / y).floor()),
         _ => Term::new(Head::Call(name.into()), parts),
+    })
+}
+
+/// A component of a variable, by its index.
+fn component(index: usize, whole: &Term) -> Option<Term> {
+    let (name, _) = show(whole);
+    let is_name = name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let text = format!("{name}[{index}]");
+    is_name.then(|| Term {
+        text: Some(text.as_str().into()),
+        is_pure: whole.is_pure,
+        covers: whole.covers.clone(),
+        ..Term::new(Head::Leaf(text.as_str().into()), Vec::new())
     })
 }
 
@@ -83,6 +100,18 @@ pub(super) fn with_rest(term: Term, is_sum: bool, found: &PatternMatch) -> Term 
     } else {
         short_product(std::iter::once((false, term)).chain(rest).collect())
     }
+}
+
+/// The replacement times the factors that were taken out before the pattern was looked for.
+pub(super) fn with_factors(term: Term, found: &PatternMatch) -> Term {
+    if found.factors.is_empty() {
+        return term;
+    }
+    let term = match term.head {
+        Head::Choose => Term::new(Head::Group, vec![term]),
+        _ => term,
+    };
+    short_product(found.factors.iter().cloned().chain([(false, term)]).collect())
 }
 
 /// The negated term; a sum changes the signs of its parts.
@@ -160,7 +189,9 @@ pub(super) fn tidied(term: &Term) -> Option<Term> {
             changes |= cancel(&mut items);
             changes.then(|| short_product(items))
         }
-        Head::Call(_) => changes.then(|| Term::new(term.head.clone(), parts.collect())),
+        Head::Call(name) if !COMPONENTS.contains(&&**name) => {
+            changes.then(|| Term::new(term.head.clone(), parts.collect()))
+        }
         _ => None,
     }
 }
@@ -177,6 +208,12 @@ fn short_sum(items: Vec<(bool, Term)>) -> Term {
         open
     } else {
         cancel(&mut plain);
+        // Products of sums cancel only when they are expanded.
+        if plain.len() > 1
+            && let Some(short) = polynomial::expanded(&sum_of(plain.clone())).into_iter().next()
+        {
+            return short;
+        }
         plain
     };
     if numbers(&list) > 1 {
@@ -294,6 +331,12 @@ fn at_least(term: &Term, least: u8) -> String {
 fn show_sum(flags: &[bool], parts: &[Term]) -> (String, u8) {
     let mut text = String::new();
     for (index, (minus, part)) in flags.iter().zip(parts).enumerate() {
+        // A negative number after an operator changes the operator.
+        let turned = match part.head {
+            Head::Number(x) if index > 0 && x < 0.0 && part.text.is_none() => Some(Term::number(-x)),
+            _ => None,
+        };
+        let (minus, part) = (*minus != turned.is_some(), turned.as_ref().unwrap_or(part));
         text += match (index, minus) {
             (0, true) => "-",
             (0, false) => "",

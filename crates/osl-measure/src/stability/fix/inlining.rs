@@ -1,0 +1,106 @@
+//! Functions of the source as terms: the value that a call returns, with the arguments in place of the
+//! formals; and components of triples that are known part by part.
+//!
+//! This module must not know rows or edits.
+
+use super::source::Source;
+use super::term::{COMPONENTS, Head, Term, product, sum};
+use osl_hir::hir::{Arg, Expr, ExprKind, Init, StmtKind, VarId};
+use osl_ir::types::Type;
+
+impl Source<'_> {
+    /// The value of a call of a function that declares locals and returns an expression; `None` for any other
+    /// function.
+    pub(super) fn inlined(&self, call: &Expr) -> Option<Term> {
+        let ExprKind::Call(id, args) = &call.kind else { return None };
+        let function = self.program.functions.get(id.0 as usize)?;
+        let (last, before) = function.body.split_last()?;
+        let StmtKind::Return(Some(Init::Value(value))) = &last.kind else { return None };
+        let mut known: Vec<(VarId, Term)> = Vec::new();
+        for (formal, arg) in function.formals.iter().zip(args) {
+            let term = match arg {
+                Arg::Copy { value: Init::Value(value), back: None } => self.reader.term(value)?,
+                Arg::Alias(place) if place.path.is_empty() => {
+                    let name = &self.program.vars.get(place.var.0 as usize)?.name;
+                    self.reader.variable(place.var, Some(place.ty), call.span, name)
+                }
+                _ => return None,
+            };
+            known.push((*formal, term));
+        }
+        for stmt in before {
+            let StmtKind::Declare(var, Some(Init::Value(value))) = &stmt.kind else { return None };
+            let term = self.substituted(&self.reader.term(value)?, &known)?;
+            known.push((*var, term));
+        }
+        if known.iter().any(|(var, _)| !self.writes(*var).is_empty()) {
+            return None;
+        }
+        self.substituted(&self.reader.term(value)?, &known)
+    }
+
+    /// The term with other terms for some variables; `None` if these are read in a part without structure.
+    fn substituted(&self, term: &Term, known: &[(VarId, Term)]) -> Option<Term> {
+        let covers = |found: &Term| term.covers.iter().chain(&found.covers).copied().collect();
+        if let Some((_, found)) = term.var.and_then(|(var, _)| known.iter().find(|(own, _)| *own == var)) {
+            return Some(Term { covers: covers(found), ..found.clone() });
+        }
+        let reads = |text: &str| {
+            let names = known.iter().filter_map(|(var, _)| self.program.vars.get(var.0 as usize));
+            let mut names = names.map(|var| &*var.name);
+            names.any(|name| text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name))
+        };
+        if !term.text.as_ref().is_none_or(|text| reads(text)) {
+            return Some(term.clone());
+        }
+        if term.parts.is_empty() && term.text.is_some() {
+            return None;
+        }
+        let parts: Vec<Term> =
+            term.parts.iter().map(|part| self.substituted(part, known)).collect::<Option<_>>()?;
+        let made = match &term.head {
+            Head::Sum(flags) => sum(flags.iter().copied().zip(parts).collect()),
+            Head::Product(flags) => product(flags.iter().copied().zip(parts).collect()),
+            Head::Call(name) => match COMPONENTS.iter().position(|own| own == &&**name) {
+                Some(index) => component(index, parts.first()?)?,
+                None => Term::new(term.head.clone(), parts),
+            },
+            _ => return None,
+        };
+        Some(Term { covers: covers(&made), ty: term.ty, text: None, ..made })
+    }
+}
+
+/// A component of a triple, if the triple is a constructor, a variable, or a sum or product of such.
+pub(super) fn component(index: usize, whole: &Term) -> Option<Term> {
+    let name = whole.text.as_ref().filter(|text| text.chars().all(|c| c.is_alphanumeric() || c == '_'));
+    let named = name.and_then(|name| {
+        let text = format!("{name}[{index}]");
+        let head = Head::Call((*COMPONENTS.get(index)?).into());
+        Some(Term {
+            text: Some(text.as_str().into()),
+            ty: Some(Type::FLOAT),
+            covers: whole.covers.clone(),
+            ..Term::new(head, vec![whole.clone()])
+        })
+    });
+    let inner = match &whole.head {
+        Head::Call(name) if ["color", "point", "vector", "normal"].contains(&&**name) => {
+            whole.parts.get(index).cloned()
+        }
+        Head::Sum(flags) => {
+            let parts = whole.parts.iter().map(|part| component(index, part)).collect::<Option<Vec<Term>>>();
+            parts.map(|parts| sum(flags.iter().copied().zip(parts).collect()))
+        }
+        Head::Product(flags) => {
+            let of_part = |part: &Term| match part.ty {
+                Some(ty) if ty.is_triple() => component(index, part),
+                _ => Some(part.clone()),
+            };
+            let parts = whole.parts.iter().map(of_part).collect::<Option<Vec<Term>>>();
+            parts.map(|parts| product(flags.iter().copied().zip(parts).collect()))
+        }
+        _ => None,
+    };
+    inner.or(named)
+}
