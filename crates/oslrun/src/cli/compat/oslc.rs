@@ -214,6 +214,9 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
         let _ = write!(console.out, "{text}");
         return Ok(None);
     }
+    if job.output.as_ref().is_some_and(|path| osl_files::is_same(path, file)) {
+        return Err("this would write the file that is read: name another one with -o".to_string());
+    }
     let Checked { sources, diagnostics, program, .. } =
         stages::check(&input.name, &input.text, &input.files, &input.options);
     let bad = told(&diagnostics, &sources, job, console);
