@@ -52,7 +52,8 @@ pub(crate) fn note(file: &File, path: &Path) {
 pub(crate) fn check(target: &Path) -> Result<(), FileError> {
     let mut is_input = false;
     with(|inputs| {
-        is_input = id::of(target).is_some_and(|id| inputs.read.contains(&id) && !inputs.rewritten.contains(&id));
+        is_input =
+            id::of(target).is_some_and(|id| inputs.read.contains(&id) && !inputs.rewritten.contains(&id));
     });
     if is_input { Err(FileError::IsRead) } else { Ok(()) }
 }

@@ -42,5 +42,11 @@ fn an_input_is_not_replaced() {
     for name in ["other", "shader", "texture"] {
         assert_eq!(fs::read_to_string(path(name)).unwrap(), "new");
     }
-    assert!(fs::read_dir(dir.path()).unwrap().all(|entry| !entry.unwrap().path().ends_with(".part")));
+    assert!(
+        fs::read_dir(dir.path()).unwrap().all(|entry| !entry
+            .unwrap()
+            .path()
+            .to_string_lossy()
+            .ends_with(".part"))
+    );
 }

@@ -28,8 +28,8 @@ use osl_scene::glam::Vec3;
 use std::path::PathBuf;
 use std::time::Duration;
 use values::{
-    Crop, Gained, Pair, amount, arithmetic, assignment, compression, crop, duration, error, filter, gained, grid,
-    image_file, isa, matrix, pair, pass, position, rate,
+    Crop, Gained, Pair, amount, arithmetic, assignment, compression, crop, duration, error, filter, gained,
+    grid, image_file, isa, matrix, pair, pass, position, rate,
 };
 
 /// The headings under which `--help` lists the options.
