@@ -117,7 +117,6 @@ fn a_command_does_not_write_over_what_it_reads() {
         ("compile -", 2),
         ("oslc a.osl -o a.osl", 1),
         ("oslc a.osl -o c.oso -MD -MF a.osl", 1),
-        ("lod a.osl -o link.osl --budget 0.1", 1),
         ("stability a.osl --html a.osl --no-params --points 4x4", 1),
         ("a.osl -g 4x4 --profile=second.osl", 1),
     ] {
