@@ -1,4 +1,4 @@
-//! Twice the input takes twice the time: about fifty shapes of input, each at a size, twice and four times
+//! Twice the input takes twice the time: sixty shapes of input, each at a size, twice and four times
 //! that size.
 //!
 //! The program that `OSLRUN` names reads each input, so that everything from the command line to the last

@@ -55,6 +55,9 @@ pub enum FileError {
     /// The byte at this offset is zero.
     #[error("it is not text (byte {0} is zero)")]
     Zero(usize),
+    /// The file was read, so that it must not become an output, see [`crate::protect_inputs`].
+    #[error("this would replace a file that is read: name another one")]
+    IsRead,
     /// There is no such folder.
     #[error("there is no folder {}", .0.display())]
     NoFolder(PathBuf),

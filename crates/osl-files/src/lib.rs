@@ -4,10 +4,11 @@
 //! that the user permitted ([`Roots`]): links are resolved, and the file cannot be exchanged between the
 //! check and the opening. Pipes, devices, sockets and folders are refused before anything is read, and each
 //! read has a bound ([`Opened`]). An output file is replaced as a whole or not at all ([`Unsaved`],
-//! [`save_all`]), and the next process removes what a killed process left. The crate must not know formats,
-//! shaders or the command line.
+//! [`save_all`]), the next process removes what a killed process left, and no output replaces a file that was
+//! read ([`protect_inputs`]). The crate must not know formats, shaders or the command line.
 
 mod error;
+mod inputs;
 mod open;
 mod parts;
 mod read;
@@ -15,7 +16,8 @@ mod roots;
 mod save;
 
 pub use error::{FileError, Kind, SaveError};
+pub use inputs::{forget_inputs, is_same, permit_rewrite, protect_inputs};
 pub use parts::abandon;
-pub use read::{Opened, Stamp, is_same, open_named, read_stream, stamp, text};
+pub use read::{Opened, Stamp, open_named, read_stream, stamp, text};
 pub use roots::Roots;
-pub use save::{Sink, Unsaved, is_plain_name, replace, save_all};
+pub use save::{Sink, Unsaved, is_plain_name, replace, rewrite, save_all};

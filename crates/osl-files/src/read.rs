@@ -3,7 +3,7 @@
 //! The module `roots` decides which files may be opened.
 
 use crate::error::{FileError, Kind};
-use crate::open;
+use crate::{inputs, open};
 use std::fs::File;
 use std::io::{IsTerminal, Read};
 use std::path::{Path, PathBuf};
@@ -20,6 +20,7 @@ pub struct Opened {
 impl Opened {
     pub(crate) fn new(file: File, path: PathBuf) -> Result<Opened, FileError> {
         let length = file.metadata().map_err(FileError::io("look at the file"))?.len();
+        inputs::note(&file, &path);
         Ok(Opened { file, path, length })
     }
 
@@ -90,12 +91,6 @@ pub struct Stamp {
 pub fn stamp(path: &Path) -> Option<Stamp> {
     let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
     Some(Stamp { written: about.modified().ok()?, length: about.len() })
-}
-
-/// Whether two paths lead to one existing file.
-pub fn is_same(a: &Path, b: &Path) -> bool {
-    let real = |path: &Path| std::fs::canonicalize(path).ok();
-    real(a).is_some_and(|a| real(b) == Some(a))
 }
 
 /// Whether a path is one of the system's names for open file descriptors.

@@ -4,9 +4,9 @@
 //! unchanged. This module must not know formats.
 
 use crate::error::{FileError, Kind, SaveError};
-use crate::open;
 use crate::parts::{self, PartFile};
 use crate::roots::Roots;
+use crate::{inputs, open};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, BufWriter, Cursor, Seek, Write};
@@ -20,11 +20,21 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
     Unsaved::new(path)?.with(bytes)?.save()
 }
 
+/// The same for a command that changes a file that it reads, such as a formatter.
+///
+/// # Errors
+/// As for [`replace`].
+pub fn rewrite(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
+    inputs::permit_rewrite(path);
+    replace(path, bytes)
+}
+
 /// A file that is written but not yet at its target: [`Unsaved::save`] moves it there. If it is dropped,
 /// nothing changes.
 ///
 /// An existing file keeps its permissions; a new one gets those of any new file. A symbolic link stays, and
-/// its target is replaced. A device or pipe is written to directly, since renaming would destroy it.
+/// its target is replaced. A device or pipe is written to directly, since renaming would destroy it. If inputs
+/// are protected ([`crate::protect_inputs`]), a file that was read is not replaced.
 #[derive(Debug)]
 #[must_use = "the file is in its place once it is saved"]
 pub struct Unsaved {
@@ -94,13 +104,14 @@ impl Unsaved {
     }
 
     /// Creates an empty file that replaces an existing one below the roots. A symbolic link stays, and its
-    /// target is replaced, which is below the roots too.
+    /// target is replaced, which is below the roots too. The file may be one that was read.
     ///
     /// # Errors
     /// As for [`Roots::may_replace`]; also if the system refuses a new file in the folder.
     pub fn existing(roots: &Roots, path: &Path) -> Result<Unsaved, SaveError> {
         let target = roots.to_replace(path);
-        target.and_then(|target| Unsaved::at(path, target)).map_err(SaveError::of(path))
+        let permitted = target.inspect(|target| inputs::permit_rewrite(target));
+        permitted.and_then(|target| Unsaved::at(path, target)).map_err(SaveError::of(path))
     }
 
     /// A file in memory, for bytes that go to a stream instead of a path: [`Unsaved::into_bytes`] returns
@@ -119,6 +130,7 @@ impl Unsaved {
     }
 
     fn at(path: &Path, target: PathBuf) -> Result<Unsaved, FileError> {
+        inputs::check(&target)?;
         let look = FileError::io("look at the file");
         let content = match fs::metadata(&target) {
             Ok(old) => match open::kind_of(old.file_type()) {
@@ -171,9 +183,10 @@ impl Unsaved {
             Content::Bytes(bytes) => {
                 write_through(&target, bytes.get_ref()).map(|()| Ready { target, part: None })
             }
-            Content::Part(file, permissions) => {
-                completed(file, permissions).map(|part| Ready { target, part: Some(part) })
-            }
+            // Once more: the file may have been read after this one was created.
+            Content::Part(file, permissions) => inputs::check(&target)
+                .and_then(|()| completed(file, permissions))
+                .map(|part| Ready { target, part: Some(part) }),
         };
         (path, ready)
     }

@@ -9,6 +9,12 @@ use std::path::{Path, PathBuf};
 /// Why an image could not be written or read. Its text is one line: the path, then the reason.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
+    /// There is no such file.
+    #[error("{}: no such file", .path.display())]
+    Missing {
+        /// The file that the caller named.
+        path: PathBuf,
+    },
     /// The operating system refused a step.
     #[error("{}: cannot {action}: {source}", .path.display())]
     Io {
@@ -73,7 +79,7 @@ impl ImageError {
     pub(crate) fn file(path: &Path, error: FileError) -> Self {
         match error {
             FileError::Io { step, source } => Self::io(path, step, source),
-            FileError::NotFound => Self::io(path, "open the file", std::io::ErrorKind::NotFound.into()),
+            FileError::NotFound => Self::Missing { path: path.to_owned() },
             other => Self::input(path, other.to_string()),
         }
     }

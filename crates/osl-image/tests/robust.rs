@@ -193,7 +193,7 @@ fn other_files_are_named() {
     assert_eq!(text(b"GIF89a plus something"), "in memory: not an EXR, PNG, JPEG, TIFF or HDR file");
     assert_eq!(text(b""), "in memory: not an EXR, PNG, JPEG, TIFF or HDR file");
     let missing = read_image(Path::new("no/such.exr")).unwrap_err().to_string();
-    assert!(missing.starts_with("no/such.exr: cannot open the file: "), "{missing}");
+    assert!(missing == "no/such.exr: no such file", "{missing}");
     assert!(read_image(Path::new(".")).is_err());
 }
 

@@ -35,8 +35,8 @@ impl std::fmt::Display for SetError {
 
 impl std::error::Error for SetError {}
 
-/// A whole number, optionally followed by k, M or G for 2^10, 2^20 or 2^30.
-fn number(text: &str) -> Option<u64> {
+/// A whole number, optionally followed by k, M or G for 2^10, 2^20 or 2^30; `None` for other text.
+pub fn number(text: &str) -> Option<u64> {
     let (digits, shift) = match text.chars().last()? {
         'k' | 'K' => (&text[..text.len() - 1], 10),
         'M' => (&text[..text.len() - 1], 20),

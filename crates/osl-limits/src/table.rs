@@ -76,13 +76,13 @@ limits! {
         source_bytes = 16 << 20, "bytes", "E0017";
         /// Text of all files of a program, each counted for every inclusion.
         included_bytes = 64 << 20, "bytes", "E0017";
-        /// Nesting depth of inclusions.
+        /// Files that are open at a time: the source, and the headers that include one another.
         include_depth = 64, "files", "E0002";
         /// Inclusions in total.
         includes = 4096, "files", "E0003";
         /// Tokens that macros produce; each 16 bytes of their text count as one more.
         expansion = 1 << 20, "tokens", "E0014";
-        /// Nested parentheses and operators in a condition of the preprocessor.
+        /// Nested parentheses and signs in a condition of the preprocessor; the condition itself is one level.
         condition_depth = 100, "levels", "E0010";
         /// Tokens after preprocessing.
         tokens = 1 << 20, "tokens", "E0016";
@@ -122,10 +122,12 @@ limits! {
         index_depth = 8, "levels", "E0308";
         /// Nested calls.
         call_depth = 128, "calls", "E0601";
-        /// Jumps of one list of statements that open blocks within one another.
-        nested_jumps = 64, "blocks", "what follows starts anew beside these blocks";
-        /// Blocks around a list of statements from which on its jumps open no blocks within one another.
-        jump_depth = 192, "blocks", "what follows a jump tests a flag instead";
+        /// Nested blocks that the compiler makes of a list of statements with jumps: what follows a jump goes
+        /// into a block of its own, inside the block before.
+        nested_jumps = 64, "blocks", "what follows is put beside these blocks, under a flag";
+        /// Blocks around a list of statements. A list that is nested deeper gets no blocks of its own for its
+        /// jumps.
+        jump_depth = 192, "blocks", "what follows a jump tests a flag";
         /// Values of a program after its functions are inlined.
         values = 500_000, "values", "E0601";
         /// Variables of a program after its functions are inlined; each part of a struct counts separately.
@@ -154,14 +156,15 @@ limits! {
     running: Running {
         /// Instructions of one point that `explain`, `sanitize` and `stability` follow.
         trace = 500_000, "instructions", "too long to be followed to its end";
-        /// Steps of a point, see below; `--max-steps` sets it as well.
+        /// Steps of a point, as described above; `--max-steps` sets it as well.
         point_steps = 1 << 23, "steps", "takes more than";
         /// Memory that a point creates: strings, messages, closures, nodes of dictionaries, printed text.
         point_memory = 16 << 20, "bytes", "strings, messages and closures";
         /// Registers and arrays of all threads; batches become smaller, and threads fewer, to fit it.
         memory = 128 << 20, "bytes", "the arrays of a point take";
-        /// The outputs of the points that are in memory at a time: rows of an image for EXR, the whole of it
-        /// otherwise.
+        /// Outputs of the points that are in memory at a time: some rows of the image if it becomes an EXR file,
+        /// a tile of it if a run without `-o` needs only the ranges, and otherwise the whole image. Each number
+        /// takes 4 bytes (12 in double precision).
         frame_bytes = 256 << 20, "bytes", "take more than";
         /// Text that all points print.
         printed_bytes = 128 << 20, "bytes", "all points together print more than";
@@ -205,8 +208,8 @@ limits! {
         /// Values of one image: width times height times channels.
         samples = 1 << 30, "values", "--limit images.samples";
         /// Memory for textures, with their coarser levels, in the type that their files store. A single
-        /// texture that is larger cannot be read; of several, those that were not used for longest are read
-        /// again when they are wanted.
+        /// texture that is larger cannot be read. If all textures together do not fit, the least recently used
+        /// are dropped and read again on demand.
         texture_memory = 1 << 30, "bytes", "--limit images.texture_memory";
         /// Memory that decoding may take beyond that. Where several threads decode, they wait for each other.
         working_memory = 64 << 20, "bytes", "--limit images.working_memory";

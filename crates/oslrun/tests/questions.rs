@@ -115,11 +115,11 @@ const QUESTIONS: [Question; 15] = [
     },
     Question {
         asks: "What does this line cost?",
-        how: "`--profile` measures each line and each instruction. Its first sentences name the lines that cost most.",
+        how: "`--profile` measures each line and each instruction. Its first sentence names the line that costs most.",
         shader: "cost",
         args: "docs/questions/cost.osl --profile",
         shows: Shows::Timed("Most of the time"),
-        reads: "(The tables that follow are left out here.) Five times noise in three dimensions costs far more than a sine.",
+        reads: "(The sentence about the second line and the tables are left out here.) Five times noise in three dimensions costs far more than a sine.",
     },
     Question {
         asks: "Where do I lose digits?",
@@ -147,7 +147,7 @@ const QUESTIONS: [Question; 15] = [
         args: "tradeoff docs/questions/ball.osl -g 16x16 --budget 40",
         shows: Shows::Timed("For "),
         reads: "(The table before is left out here.) Each line is the fastest setting that keeps this error at 999 of 1000 \
-                pixels, with its time (here that of a build without optimisation). `--samples N` takes N samples in every pixel; `--max-error 2%` takes \
+                pixels, with its time. `--samples N` takes N samples in every pixel; `--max-error 2%` takes \
                 many only where they are needed; `--within 5s` takes as many as fit into a time.",
     },
     Question {
@@ -222,7 +222,7 @@ fn page() -> (String, Vec<(&'static str, Vec<u8>)>) {
     let dir = tempfile::tempdir().unwrap();
     let mut page = String::from(
         "# Fifteen questions about a shader\n\nEach question has one command. The outputs on this page are real: a test compares them with what the \
-         command prints\n(`UPDATE_DOCS=1 cargo test -p oslrun --test questions` writes the page).\n",
+         command prints\n(`UPDATE_DOCS=1 cargo test --release -p oslrun --test questions` writes the page). Times are those of a release build.\n",
     );
     let mut pictures = Vec::new();
     for (at, question) in QUESTIONS.iter().enumerate() {

@@ -106,7 +106,7 @@ fn one(
         if args.diff {
             show(&input, &fixed.text, out)?;
         } else if fixed.applied > 0 {
-            osl_files::replace(path, fixed.text.as_bytes()).map_err(Failure::new)?;
+            osl_files::rewrite(path, fixed.text.as_bytes()).map_err(Failure::new)?;
             counts.fixed += fixed.applied;
             input.text = fixed.text;
         }

@@ -2,6 +2,7 @@
 
 use super::args::ReadArgs;
 use super::args::levels::{self, LintArgs};
+use super::args::values::STDOUT;
 use super::{Failure, input, report};
 use clap::Args;
 use osl::stages;
@@ -18,7 +19,7 @@ pub(super) struct CompileArgs {
     #[arg(value_name = "FILE.osl")]
     pub(super) file: PathBuf,
     /// File to write; - is the standard output (default: the shader file's name with .oso, in the working
-    /// directory).
+    /// directory). A shader from the standard input needs it.
     #[arg(short, long, value_name = "FILE.oso")]
     pub(super) output: Option<PathBuf>,
     /// The warnings to report.
@@ -31,6 +32,16 @@ pub(super) struct CompileArgs {
 
 /// Compiles a shader and writes it.
 pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let derived = match args.output {
+        Some(_) => None,
+        None if args.file.as_os_str() == STDOUT => {
+            return Err(Failure::usage("a shader from the standard input has no name: name a file with -o"));
+        }
+        None => Some(PathBuf::from(args.file.file_name().unwrap_or_default()).with_extension("oso")),
+    };
+    if args.output.as_ref().or(derived.as_ref()).is_some_and(|path| osl_files::is_same(path, &args.file)) {
+        return Err(Failure::usage("this would write the file that is read: name another one with -o"));
+    }
     let input = input::read(&args.file, &args.read)?;
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let list = levels::judge(&checked, Level::Always, &args.lints, args.read.limits.limits());
@@ -43,21 +54,13 @@ pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Wri
             return Err(Failure::said());
         }
     };
-    let file = match &args.output {
-        Some(path) if path == Path::new("-") => {
+    let file = match (&args.output, derived) {
+        (Some(path), _) if path.as_os_str() == STDOUT => {
             let _ = out.write_all(text.as_bytes());
             return Ok(());
         }
-        Some(path) => Unsaved::new(path),
-        None => {
-            let path = PathBuf::from(args.file.file_name().unwrap_or_default()).with_extension("oso");
-            if osl_files::is_same(&path, &args.file) {
-                return Err(Failure::usage(
-                    "this would write the file that is read: name another one with -o",
-                ));
-            }
-            Unsaved::derived(Path::new(""), &path)
-        }
+        (Some(path), _) => Unsaved::new(path),
+        (None, name) => Unsaved::derived(Path::new(""), name.unwrap_or_default()),
     };
     let file = file.and_then(|file| file.with(text.as_bytes())).map_err(Failure::new)?;
     let path = file.path().to_path_buf();

@@ -66,6 +66,7 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
         read: &args.read,
         lints: &args.lints,
         repair: None,
+        write: None,
         allow_files: false,
         points: 1,
     };

@@ -113,6 +113,8 @@ pub(super) struct Request<'a> {
     pub(super) lints: &'a levels::LintArgs,
     /// Whether to insert missing brackets, and where to save the repaired text.
     pub(super) repair: Option<Option<&'a Path>>,
+    /// The file for a changed source, which may be the source itself.
+    pub(super) write: Option<&'a Path>,
     /// Whether the shaders of a group may be in any folder.
     pub(super) allow_files: bool,
     /// The number of points to run.
@@ -135,6 +137,7 @@ impl Request<'_> {
             read: &run.read,
             lints: &run.lints,
             repair: run.repair.then_some(run.write.as_deref()),
+            write: run.write.as_deref(),
             allow_files: run.allow_files,
             points: run.size().0.saturating_mul(run.size().1),
             note_derivs: false,
@@ -216,6 +219,9 @@ fn shader(
     notes: bool,
     err: &mut dyn Write,
 ) -> Result<LoadedShader, Failure> {
+    if let Some(write) = request.write.filter(|write| osl_files::is_same(write, path)) {
+        osl_files::permit_rewrite(write);
+    }
     let mut input = input::read(path, request.read)?;
     input.files = input.files.or_anywhere(request.allow_files);
     if let Some(write) = request.repair {

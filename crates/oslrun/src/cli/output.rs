@@ -4,7 +4,7 @@
 use super::Failure;
 use super::args::RunArgs;
 use super::args::values::STDOUT;
-use super::ranges::Ranges;
+use super::ranges::{InOrder, Ranges};
 use super::rows::Rows;
 use super::software::{self, SOFTWARE};
 use osl_exec::{Frame, Plane, Printed, RunError, Words};
@@ -333,23 +333,21 @@ pub(super) fn only_ranges(
     wanted: RunRequest,
     args: &RunArgs,
 ) -> Result<Option<(Frame, Tallied)>, Broken> {
-    let (width, height) = args.size();
     let kinds: Vec<bool> =
         image.planes().map_err(Broken::Run)?.iter().map(|plane| plane.kind == Kind::Int).collect();
-    image.fits(width * height).map_err(Broken::Run)?;
-    let tiles = Mutex::new(Vec::new());
+    let joined = Mutex::new(InOrder::default());
     let look = |tile: usize, planes: &[&[u32]]| {
         if wanted.ranges {
             let values = planes.iter().zip(&kinds).map(|(words, ints)| Values { words, ints: *ints });
             let found: Vec<range::Range> = values.map(range::Range::of).collect();
-            tiles.lock().unwrap_or_else(PoisonError::into_inner).push((tile, found));
+            joined.lock().unwrap_or_else(PoisonError::into_inner).add(tile, found);
         }
     };
-    let Some(frame) = image.look(0..height, &look) else { return Ok(None) };
+    let Some(frame) = image.look(0..args.size().1, &look) else { return Ok(None) };
     let frame = frame.map_err(Broken::Run)?;
     let mut tallied = Tallied::default();
     if wanted.ranges {
-        tallied.ranges.join(&frame.planes, tiles.into_inner().unwrap_or_else(PoisonError::into_inner));
+        tallied.ranges.join(&frame.planes, joined.into_inner().unwrap_or_else(PoisonError::into_inner));
     }
     Ok(Some((frame, tallied)))
 }

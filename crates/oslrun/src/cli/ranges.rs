@@ -6,6 +6,7 @@ use osl_ir::ir::Kind;
 use osl_ir::types::{StructTable, Type};
 use osl_measure::range::{Range, Values};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
 
@@ -22,6 +23,28 @@ pub(super) struct Output {
 #[derive(Debug, Default)]
 pub(super) struct Ranges(Vec<(Arc<str>, Type, usize, Range)>);
 
+/// The ranges of planes, tile by tile: joined in the order of the tiles' numbers, since a mean depends on the
+/// order, and kept only until their turn comes.
+#[derive(Debug, Default)]
+pub(super) struct InOrder {
+    joined: Vec<Range>,
+    /// The number of tiles that are joined.
+    next: usize,
+    early: BTreeMap<usize, Vec<Range>>,
+}
+
+impl InOrder {
+    /// Adds the ranges of a tile.
+    pub(super) fn add(&mut self, tile: usize, ranges: Vec<Range>) {
+        self.early.insert(tile, ranges);
+        while let Some(ranges) = self.early.remove(&self.next) {
+            self.joined.resize(ranges.len(), Range::default());
+            self.joined.iter_mut().zip(ranges).for_each(|(all, here)| all.join(here));
+            self.next += 1;
+        }
+    }
+}
+
 impl Ranges {
     /// Adds the values of these planes.
     pub(super) fn add(&mut self, planes: &[Plane]) {
@@ -37,15 +60,12 @@ impl Ranges {
         self.0.iter_mut().zip(ranges).for_each(|((.., to), range)| *to = range);
     }
 
-    /// Adds the ranges of the tiles of planes, which are sorted by their numbers.
-    pub(super) fn join(&mut self, planes: &[Plane], mut tiles: Vec<(usize, Vec<Range>)>) {
+    /// Adds the ranges of the tiles of planes.
+    pub(super) fn join(&mut self, planes: &[Plane], tiles: InOrder) {
         if self.0.is_empty() {
             self.add(planes);
         }
-        tiles.sort_by_key(|(tile, _)| *tile);
-        for (_, ranges) in tiles {
-            self.0.iter_mut().zip(ranges).for_each(|((.., all), here)| all.join(here));
-        }
+        self.0.iter_mut().zip(tiles.joined).for_each(|((.., all), here)| all.join(here));
     }
 
     /// Adds planes after those that it has.

@@ -68,6 +68,8 @@ fn watched(
     loop {
         // Each run has limits of its own, so that --max-time is the time of one picture.
         let again = args.clone();
+        // The picture of one run may be a texture of the next.
+        osl_files::forget_inputs();
         let mut reads = Reads::default();
         reads.named(&again);
         for path in std::mem::take(&mut reads.0) {

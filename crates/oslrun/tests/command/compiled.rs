@@ -81,6 +81,7 @@ surface all [[ string help = \"a \\\"quoted\\\" word\", int version = 3 ]]
     assert_eq!(command(&["info", "--json", &oso]).1, json);
 }
 
+#[cfg(unix)]
 #[test]
 fn a_command_does_not_write_over_what_it_reads() {
     let dir = tempfile::tempdir().unwrap();
@@ -103,6 +104,47 @@ fn a_command_does_not_write_over_what_it_reads() {
             assert_eq!(std::fs::read(dir.path().join("a.oso")).unwrap(), old);
         }
     }
+    // No output of any command replaces a file that it reads, by whatever name.
+    std::os::unix::fs::symlink("a.osl", dir.path().join("link.osl")).unwrap();
+    std::fs::hard_link(dir.path().join("a.osl"), dir.path().join("second.osl")).unwrap();
+    let text = std::fs::read(dir.path().join("a.osl")).unwrap();
+    for (line, expected) in [
+        ("compile a.osl -o a.osl", 2),
+        ("compile a.osl -o ./a.osl", 2),
+        ("compile a.osl -o link.osl", 2),
+        ("compile a.osl -o second.osl", 2),
+        ("compile a.oso -o a.oso", 2),
+        ("compile -", 2),
+        ("oslc a.osl -o a.osl", 1),
+        ("oslc a.osl -o c.oso -MD -MF a.osl", 1),
+        ("stability a.osl --html a.osl --no-params --points 4x4", 1),
+        ("a.osl -g 4x4 --profile=second.osl", 1),
+    ] {
+        let words: Vec<&str> = line.split(' ').collect();
+        let (code, err) = run(&words);
+        assert!(
+            code == Some(expected) && (err.contains("name another one") || line == "compile -"),
+            "{line}: {err}"
+        );
+        assert_eq!(std::fs::read(dir.path().join("a.osl")).unwrap(), text, "{line}");
+        assert_eq!(std::fs::read(dir.path().join("a.oso")).unwrap(), old, "{line}");
+    }
+    // An image over a texture that it shows.
+    let shows = "shader t(string file = \"t.png\", output color o = 0) { o = texture(file, u, v); }";
+    std::fs::write(dir.path().join("t.osl"), shows).unwrap();
+    assert_eq!(run(&["a.osl", "-g", "4x4", "-o", "t.png"]).0, Some(0));
+    let texture = std::fs::read(dir.path().join("t.png")).unwrap();
+    for args in [&["t.osl", "-g", "8x8", "-o", "t.png"][..], &["compare", "t.png", "t.png", "-o", "t.png"]] {
+        let (code, err) = run(args);
+        assert!(code == Some(1) && err.contains("t.png: this would replace a file that is read"), "{err}");
+    }
+    assert_eq!(std::fs::read(dir.path().join("t.png")).unwrap(), texture);
+    // The source itself is changed if the user says so.
+    let broken = "shader b(output float o = 0) { o = u + (v; }";
+    std::fs::write(dir.path().join("b.osl"), broken).unwrap();
+    assert_eq!(run(&["b.osl", "-g", "4x4", "--repair", "--write", "b.osl"]).0, Some(0));
+    assert_ne!(std::fs::read_to_string(dir.path().join("b.osl")).unwrap(), broken);
+    assert_eq!(run(&["fmt", "b.osl"]).0, Some(0));
     // The user may name any file and any folder.
     assert_eq!(run(&["compile", "./a.oso", "-o", "b.oso"]), (Some(0), String::new()));
     std::fs::rename(dir.path().join("b.oso"), dir.path().join("sub/b.oso")).unwrap();

@@ -135,7 +135,7 @@ fn amount(n: u64) -> String {
 fn time_and_memory_of_a_command_are_bounded() {
     let endless =
         shader("shader a(output float o = 0) { for (int i = 0; i < 2000000000; i++) o += sin(u * i); }");
-    let many = ["a.osl", "-g", "8x8", "--max-time", "0.2", "--max-steps", "1000000000000"];
+    let many = ["a.osl", "-g", "8x8", "--max-time", "0.2", "--max-steps", "1000G"];
     let said = endless.run(&many);
     assert_eq!(said.code, 1);
     assert!(said.err.contains("--max-time"), "{}", said.err);
@@ -146,4 +146,7 @@ fn a_limit_has_to_exist() {
     let said = shader("shader a() {}").run(&["check", "a.osl", "--limit", "file_bytes=1"]);
     assert_eq!(said.code, 2);
     assert!(said.err.contains("reading.file_bytes"), "{}", said.err);
+    let said = shader("shader a() {}").run(&["a.osl", "--max-steps", "1e9"]);
+    assert_eq!(said.code, 2);
+    assert!(said.err.contains("64k, 16M, 2G"), "{}", said.err);
 }

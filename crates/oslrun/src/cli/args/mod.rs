@@ -28,8 +28,8 @@ use osl_scene::glam::Vec3;
 use std::path::PathBuf;
 use std::time::Duration;
 use values::{
-    Crop, Gained, Pair, arithmetic, assignment, compression, crop, duration, error, filter, gained, grid,
-    image_file, isa, matrix, pair, pass, position, rate,
+    Crop, Gained, Pair, amount, arithmetic, assignment, compression, crop, duration, error, filter, gained,
+    grid, image_file, isa, matrix, pair, pass, position, rate,
 };
 
 /// The headings under which `--help` lists the options.
@@ -98,11 +98,12 @@ pub(super) struct RunArgs {
     /// Outputs of other layers are named LAYER.OUTPUT.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = heading::PICTURE)]
     pub(super) outputs: Option<Vec<String>>,
-    /// Make an output of a variable at a line: the value after the statement on LINE, where a point gets
-    /// there several times the last one, or that of the visit @N. VAR may be a field or an element: s.x,
-    /// list[2]. CALL/LINE:VAR is inside a function, as called on line CALL; FILE:LINE:VAR is in an included
-    /// file or in another layer. The output is called lineLINE.VAR; lineLINE.VAR.reached is 1 where a point
-    /// got there. Without --outputs, only taps are shown. May be repeated.
+    /// Make an output of a variable at a line: its value after the statement on LINE. If a point reaches the
+    /// line several times, the last value counts, or with @N the value of the Nth time. VAR may be a field or
+    /// an element: s.x, list[2]. CALL/LINE:VAR is inside a function, as called on line CALL; FILE:LINE:VAR is
+    /// in an included file or in another layer. The output is called lineLINE.VAR, or lineLINE.VAR.roundN
+    /// with @N. A second output, with .reached after this name, is 1 where a point reached the line (with @N:
+    /// at least N times) and 0 elsewhere. Without --outputs, only taps are shown. May be repeated.
     #[arg(long, value_name = "LINE:VAR", value_parser = TapPath::parse, help_heading = heading::PICTURE)]
     pub(super) tap: Vec<TapPath>,
     /// Points of the grid, or pixels of the view.
@@ -167,14 +168,14 @@ pub(super) struct RunArgs {
     /// Insert missing brackets before running, also in the shaders of a group; the edits are shown.
     #[arg(long, help_heading = heading::READING)]
     pub(super) repair: bool,
-    /// With --repair: save the repaired source here.
+    /// With --repair: save the repaired source here. It may be the shader file itself.
     #[arg(long, value_name = "FILE.osl", requires = "repair", help_heading = heading::READING)]
     pub(super) write: Option<PathBuf>,
     /// Print times, points per second, and what each pass did.
     #[arg(long, help_heading = heading::MEASURING)]
     pub(super) stats: bool,
     /// Add an output `steps`: the work that each point takes, in steps as the limit --max-steps counts them.
-    /// It depends on the shader and the point alone.
+    /// In some shaders it also depends on --batch.
     #[arg(long, conflicts_with_all = ["on", "samples", "filter", "shading_rate", "adaptive", "max_error", "within"], help_heading = heading::MEASURING)]
     pub(super) steps: bool,
     /// Print how the values of each output are distributed: range, mean, standard deviation, and a bar for
@@ -215,8 +216,8 @@ pub(super) struct RunArgs {
     /// shader's own folder, and the folders of -I and the paths.
     #[arg(long, help_heading = heading::FILES)]
     pub(super) allow_files: bool,
-    /// Maximum number of steps per point: --limit running.point_steps=N.
-    #[arg(long, value_name = "N", help_heading = heading::RUNNING)]
+    /// Maximum number of steps per point, such as 100M: the same as --limit running.point_steps=N.
+    #[arg(long, value_name = "N", value_parser = amount, help_heading = heading::RUNNING)]
     pub(super) max_steps: Option<u64>,
     /// Pass to skip; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass, help_heading = heading::RUNNING)]
@@ -337,8 +338,8 @@ pub(super) struct SampleArgs {
     #[arg(long, value_name = "ERROR", value_parser = bounds, allow_hyphen_values = true, help_heading = heading::SAMPLES)]
     pub(super) max_error: Option<Bounds>,
     /// Take as many samples in each pixel as fit into this time: 5s, 0.5s, 500ms. It is the time from the
-    /// start of the command until the picture is computed. The error is measured, and the number of samples N
-    /// is said: --samples N makes the same picture.
+    /// start of the command until the picture is computed. A report shows the number of samples and the
+    /// error; --samples with this number makes the same picture.
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true, conflicts_with_all = ["samples", "adaptive", "max_error", "prefilter"], help_heading = heading::SAMPLES)]
     pub(super) within: Option<Duration>,
     /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed. Some

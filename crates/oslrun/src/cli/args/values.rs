@@ -3,6 +3,7 @@
 use osl_exec::Isa;
 use osl_image::{DataWindow, ExrCompression, ImageFormat};
 use osl_ir::passes::Pass;
+use osl_limits::SetError;
 use osl_measure::sample::{FilterKind, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
@@ -213,6 +214,11 @@ pub(in crate::cli) fn picture_file(path: PathBuf) -> Result<PathBuf, String> {
 }
 
 /// The ending of a format's files.
+/// The value of a limit.
+pub(in crate::cli) fn amount(text: &str) -> Result<u64, String> {
+    osl_limits::number(text).ok_or_else(|| SetError::NoNumber.to_string())
+}
+
 pub(in crate::cli) fn ending(text: &str) -> Result<String, String> {
     match ImageFormat::of(Path::new(&format!("picture.{text}"))) {
         Some(_) => Ok(text.to_string()),

@@ -6,7 +6,7 @@
 use crate::cli::args::RunArgs;
 use crate::cli::{Failure, output, run, streams};
 use osl_exec::Plane;
-use osl_image::{DataWindow, ImageData, read_image_within};
+use osl_image::{DataWindow, ImageData, ImageError, read_image_within};
 use osl_ir::ir::Kind;
 use osl_syntax::escape::shown;
 use std::io::Write;
@@ -74,7 +74,10 @@ pub(super) fn of(args: &RunArgs, err: &mut dyn Write) -> Result<Side, Failure> {
 }
 
 fn image(path: &Path, args: &RunArgs) -> Result<Side, Failure> {
-    let image = read_image_within(path, args.read.limits.limits()).map_err(Failure::new)?;
+    let image = read_image_within(path, args.read.limits.limits()).map_err(|error| match error {
+        ImageError::Missing { .. } => Failure::new(format!("cannot read {error}")),
+        error => Failure::new(error),
+    })?;
     let name = path.display().to_string();
     if image.n_parts > 1 {
         let parts = image.n_parts;

@@ -20,10 +20,10 @@ Compile a shader to a .oso file.
 Options:
   --help            Print this
   -o FILE           Name of the compiled shader; else the shader's name with .oso, in the working directory
-  -q                Say nothing of what is compiled
+  -q                Do not print a line for each compiled file
   -IDIR             Folder to look for #include files in
   -DNAME[=VALUE]    Define a macro
-  -UNAME            Forget a macro
+  -UNAME            Undefine a macro
   -E                Print the preprocessed source
   -Werror           Make errors of warnings
   -M, -MM           Print the files that were read as a rule for make, and compile silently; -MM leaves stdosl.h out
@@ -35,7 +35,7 @@ Options:
   --limit NAME=N, --max-time SECONDS, --max-memory MIB
                     As oslrun has them: docs/limits.md
 
--MF and -MT take their word apart or glued. An unknown option counts as the name of the file, and the last name counts.
+-MF and -MT take the next word, or the rest of their own word. An unknown option counts as the name of the file, and the last name counts.
 
 Accepted and without effect: -O -O0 -O1 -O2 -d -v -buffer -embed-source
 ";
@@ -213,6 +213,9 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
         let text = osl_syntax::preprocessed(&input.name, &input.text, &input.files, &input.options);
         let _ = write!(console.out, "{text}");
         return Ok(None);
+    }
+    if job.output.as_ref().is_some_and(|path| osl_files::is_same(path, file)) {
+        return Err("this would write the file that is read: name another one with -o".to_string());
     }
     let Checked { sources, diagnostics, program, .. } =
         stages::check(&input.name, &input.text, &input.files, &input.options);

@@ -1,0 +1,105 @@
+//! The files that the process has read, so that an output does not replace one of them by mistake.
+//!
+//! Files are compared by what they are, not by their names: links of both kinds lead to the same file. The
+//! list begins with [`protect_inputs`], because a program that makes pictures one after the other may write a
+//! file that it has read for an earlier one. This module must not know why a file is read or written.
+
+use crate::error::FileError;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+/// The files of a piece of work.
+#[derive(Debug, Default)]
+struct Inputs {
+    read: BTreeSet<Id>,
+    /// Files that may be replaced even if they are read.
+    rewritten: BTreeSet<Id>,
+}
+
+/// `None` if nothing is protected.
+static INPUTS: Mutex<Option<Inputs>> = Mutex::new(None);
+
+fn with(work: impl FnOnce(&mut Inputs)) {
+    // The sets are never left half-changed, so a panic elsewhere does not corrupt them.
+    if let Some(inputs) = &mut *INPUTS.lock().unwrap_or_else(PoisonError::into_inner) {
+        work(inputs);
+    }
+}
+
+/// From now on, no output of this process replaces a file that it reads, except those of [`permit_rewrite`].
+pub fn protect_inputs() {
+    *INPUTS.lock().unwrap_or_else(PoisonError::into_inner) = Some(Inputs::default());
+}
+
+/// Begins another piece of work: files that were read for earlier ones no longer count.
+pub fn forget_inputs() {
+    with(|inputs| *inputs = Inputs::default());
+}
+
+/// Permits that a file is replaced although it is read: the user wants it to be changed.
+pub fn permit_rewrite(path: &Path) {
+    with(|inputs| inputs.rewritten.extend(id::of(path)));
+}
+
+/// Adds a file that was opened for reading.
+pub(crate) fn note(file: &File, path: &Path) {
+    with(|inputs| inputs.read.extend(id::of_opened(file, path)));
+}
+
+/// Fails if the file at a path was read and must not be replaced.
+pub(crate) fn check(target: &Path) -> Result<(), FileError> {
+    let mut is_input = false;
+    with(|inputs| {
+        is_input =
+            id::of(target).is_some_and(|id| inputs.read.contains(&id) && !inputs.rewritten.contains(&id));
+    });
+    if is_input { Err(FileError::IsRead) } else { Ok(()) }
+}
+
+/// Whether two paths lead to one existing file: by links of any kind, or as two spellings of its name.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    id::of(a).is_some_and(|a| id::of(b) == Some(a))
+}
+
+use id::Id;
+
+#[cfg(unix)]
+mod id {
+    use std::fs::{File, Metadata};
+    use std::os::unix::fs::MetadataExt;
+    use std::path::Path;
+
+    /// Device and inode.
+    pub(super) type Id = (u64, u64);
+
+    fn id(meta: &Metadata) -> Id {
+        (meta.dev(), meta.ino())
+    }
+
+    pub(super) fn of_opened(file: &File, _: &Path) -> Option<Id> {
+        file.metadata().ok().map(|meta| id(&meta))
+    }
+
+    pub(super) fn of(path: &Path) -> Option<Id> {
+        std::fs::metadata(path).ok().map(|meta| id(&meta))
+    }
+}
+
+#[cfg(not(unix))]
+mod id {
+    use std::fs::File;
+    use std::path::{Path, PathBuf};
+
+    /// The real path. Two names of one file (hard links) are not recognised.
+    pub(super) type Id = PathBuf;
+
+    pub(super) fn of_opened(_: &File, path: &Path) -> Option<Id> {
+        of(path)
+    }
+
+    pub(super) fn of(path: &Path) -> Option<Id> {
+        std::fs::canonicalize(path).ok()
+    }
+}
