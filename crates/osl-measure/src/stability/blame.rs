@@ -34,16 +34,19 @@ const MEASURED: usize = 64;
 /// Roundings that make less than this share of a point's error are not charged with any of it.
 const LEAST_SHARE: f64 = 0.01;
 
+/// An instruction that magnifies this many times less than a later one is not the one to look at first.
+const MUCH: f64 = 8.0;
+
 /// What the instructions of a trace did.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Blames {
     /// The blame of every instruction that has any, apart from its rounding.
     pub(super) places: BTreeMap<InstSite, Blame>,
-    /// The largest error of an output, as a share of its range.
-    pub(super) error: f64,
     /// What roundings do to the outputs, estimated along the flow of the error.
     pub(super) estimated: Roundings,
-    /// The same from experiments, if they are within the budget.
+    /// Instructions that magnify much more what others magnify first, by error.
+    pub(super) chains: Pairs,
+    /// The same as the estimate from experiments, if they are within the budget.
     pub(super) measured: Option<Roundings>,
 }
 
@@ -98,7 +101,7 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64], budget: &mut u64) -> Blames {
         all += share;
         largest = largest.max(*share);
     }
-    let mut found = Blames { error: largest, ..Blames::default() };
+    let mut found = Blames::default();
     if all == 0.0 {
         return found;
     }
@@ -114,14 +117,30 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64], budget: &mut u64) -> Blames {
         let flow = std::mem::take(&mut flows[id]);
         let args = &trace.nodes[id].args;
         let before: Vec<f64> = args.iter().map(|arg| sum(&flows[*arg as usize])).collect();
-        let (blame, rounded) = one(trace, id as NodeId, &flow, &mut flows);
+        let (mut blame, rounded) = one(trace, id as NodeId, &flow, &mut flows);
+        // The rounds of a loop magnify one after the other.
+        if let Some((_, factor)) = paths.after(id).filter(|(by, _)| is_alike(trace, id as NodeId, *by))
+            && blame.amplified > 0.0
+            && blame.factor > 1.0
+            && factor.is_finite()
+        {
+            blame.factor *= factor;
+        }
         let here = (blame != Blame::default()).then(|| place(id as NodeId));
         if let Some(here) = here.filter(|_| blame.broken.is_none() && can_round(trace, id as NodeId)) {
-            let by = paths.magnifier(id).map(place).filter(|by| *by != here);
+            let by = paths.magnifier(id).map(|(by, _)| place(by)).filter(|by| *by != here);
             let rounds = rounds.entry(here).or_default();
             rounds.nodes.push(id as NodeId);
             rounds.estimate += rounded;
             *rounds.by.entry(by).or_default() += rounded.max(LEAST);
+        }
+        if let Some((by, factor)) = paths.magnifier(id).filter(|_| blame.amplified > 0.0)
+            && factor.is_finite()
+            && factor > MUCH * blame.factor
+            && !reduces(trace, by)
+            && !is_alike(trace, by, id as NodeId)
+        {
+            found.chains.add(place(by), place(id as NodeId), blame.amplified);
         }
         if blame != Blame::default() {
             found.places.entry(place(id as NodeId)).or_default().add(&blame);
@@ -174,6 +193,12 @@ fn measured(
     Some(measured)
 }
 
+/// Whether two nodes are runs of the same instruction.
+fn is_alike(trace: &Trace, a: NodeId, b: NodeId) -> bool {
+    let (a, b) = (trace.node(a), trace.node(b));
+    a.span == b.span && a.what == b.what
+}
+
 fn add(to: &mut Vec<f64>, more: impl Iterator<Item = f64>) {
     for (index, x) in more.enumerate() {
         if to.len() <= index {
@@ -223,13 +248,13 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> (Blam
     if matches!(exact, Exact::Int(_)) {
         blame.flips = 1;
     }
+    blame.broken = broken(trace, id);
     if total == 0.0 {
         return (blame, 0.0);
     }
     let steps = Steps::new(trace, id);
     blame.flips = u32::from(steps.jumps());
     let kept = steps.pass_on(flow, &node.args, flows);
-    blame.broken = broken(trace, id);
     if blame.broken.is_some() {
         blame.amplified = kept;
         return (blame, 0.0);
@@ -320,7 +345,8 @@ impl<'a> Steps<'a> {
     /// The same for a call that cannot run again: its wrong operands have all of it.
     fn pass_on_unknown(&self, total: f64, args: &[NodeId], flows: &mut [Vec<f64>]) -> f64 {
         let given = self.strict.iter().zip(&self.exact).map(|(strict, exact)| relative(strict, exact));
-        let given: Vec<f64> = given.map(|error| if error.is_finite() { error } else { f64::MAX / 1e9 }).collect();
+        let given: Vec<f64> =
+            given.map(|error| if error.is_finite() { error } else { f64::MAX / 1e9 }).collect();
         let sum: f64 = given.iter().sum();
         if sum == 0.0 {
             return total;

@@ -69,19 +69,21 @@ pub(super) fn broken(trace: &Trace, id: NodeId) -> Option<Broken> {
     strict.iter().zip(&wide).zip(exact.numbers()).filter_map(one).max()
 }
 
-/// The value rounded to single precision, except what single precision cannot hold: to leave its range is no
-/// rounding.
+/// The number rounded to single precision, except one that single precision cannot hold: to leave its range is
+/// no rounding.
+pub(super) fn rounded_number(exact: f64) -> f64 {
+    let rounded = f64::from(exact as f32);
+    let is_out = !rounded.is_finite() || rounded.abs() < f64::from(f32::MIN_POSITIVE);
+    if is_out { exact } else { rounded }
+}
+
+/// The same for a value.
 pub(super) fn rounded_once(value: &Exact) -> Exact {
-    let rounded = Exact::widen(&value.round());
-    let numbers = rounded.numbers().into_iter().zip(value.numbers());
-    let kept = |(rounded, exact): (f64, f64)| {
-        let is_out = !rounded.is_finite() || rounded.abs() < f64::from(f32::MIN_POSITIVE);
-        if is_out { exact } else { rounded }
-    };
     match value {
         Exact::Float(_) | Exact::Triple(_) | Exact::Matrix(_) => {
-            Exact::of_numbers(value.kind(), &numbers.map(kept).collect::<Vec<_>>())
+            let numbers: Vec<f64> = value.numbers().into_iter().map(rounded_number).collect();
+            Exact::of_numbers(value.kind(), &numbers)
         }
-        _ => rounded,
+        _ => value.clone(),
     }
 }

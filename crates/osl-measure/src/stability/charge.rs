@@ -47,6 +47,23 @@ pub struct Culprit {
     pub magnified_by: Option<Partner>,
 }
 
+/// An instruction comes before one that magnifies less only if it would magnify this part of that one's error
+/// for right arguments too, which are rounded once.
+const ITSELF: f64 = 0.03;
+
+/// An instruction that runs so often at a point is in a loop.
+const LOOP: f64 = 4.0;
+
+/// What was found at all followed points.
+pub(super) struct Found {
+    /// The blame of each instruction.
+    pub(super) places: BTreeMap<InstSite, Blame>,
+    /// Instructions that magnify what others round.
+    pub(super) pairs: Pairs,
+    /// Instructions that magnify much more what others magnify first.
+    pub(super) chains: Pairs,
+}
+
 /// An instruction with its score and its error.
 #[derive(Default)]
 pub(super) struct Charge {
@@ -89,7 +106,7 @@ pub(super) fn charge(
     place: &InstSite,
     blame: &Blame,
     points: f64,
-    (pairs, found): (&Pairs, &BTreeMap<InstSite, Blame>),
+    Found { places: found, pairs, chains }: &Found,
     sources: &SourceMap,
 ) -> Charge {
     let mut charge = Charge {
@@ -107,6 +124,10 @@ pub(super) fn charge(
     if blame.amplified >= ROUNDING * blame.rounded {
         charge.error = charge.error.max(pairs.largest(place) / points);
         charge.magnifies = pairs.partner(Side::Rounds, place, sources);
+        charge.magnified_by = chains.partner(Side::Magnifies, place, sources).filter(|by| {
+            let other = found.get(&by.place).map_or(0.0, |by| by.amplified);
+            chains.all(place) >= 0.5 * blame.amplified && other >= ITSELF * blame.amplified
+        });
         let rounds = says(&charge.magnifies, sources);
         let factor = blame.factor;
         charge.why = match rounds {
@@ -131,13 +152,17 @@ pub(super) fn charge(
         };
         return charge;
     }
+    charge.magnified_by = pairs.partner(Side::Magnifies, place, sources);
+    let by = charge.magnified_by.as_ref().and_then(|by| found.get(&by.place));
     let times = runs / points;
-    if times >= 4.0 {
+    if times >= LOOP {
+        // What magnifies the sum after the loop is not the one to look at first.
+        if !by.is_some_and(|by| f64::from(by.runs) >= LOOP * points) {
+            charge.magnified_by = None;
+        }
         charge.why = format!("rounds its result {} times a point, which adds up", short(times, 2));
         return charge;
     }
-    charge.magnified_by = pairs.partner(Side::Magnifies, place, sources);
-    let by = charge.magnified_by.as_ref().and_then(|by| found.get(&by.place));
     charge.why = match (says(&charge.magnified_by, sources), by) {
         (Some(line), Some(by)) if by.flips > 0 => format!("rounds its result, at which {line} jumps"),
         (Some(line), Some(by)) => {

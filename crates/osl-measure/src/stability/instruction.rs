@@ -31,8 +31,8 @@ pub struct Blame {
     pub flips: u32,
     /// How often it ran.
     pub runs: u32,
-    /// The largest factor by which the relative error of its result exceeds that of its arguments; 0 if the
-    /// result is right.
+    /// The largest factor by which the relative error of its result exceeds that of its arguments, multiplied
+    /// over the rounds of a loop that magnify one after the other; 0 if the result is right.
     pub factor: f64,
     /// How its result left the range of floats, if it did.
     pub broken: Option<Broken>,

@@ -3,7 +3,7 @@
 pub use super::charge::Culprit;
 
 use super::blame::{Roundings, blame};
-use super::charge::{Charge, charge, does};
+use super::charge::{Charge, Found, charge, does};
 use super::examine::NOTABLE;
 use super::instruction::{Blame, InstSite};
 use super::jumps::jumps;
@@ -47,7 +47,7 @@ pub fn culprits(
     let points = setting.points(grid);
     let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
-    let mut sums = Sums::new(subject.limits.running.traces);
+    let mut sums = Sums::new(subject.limits.running.traces / 2);
     let mut events: [Events; 2] = Default::default();
     let (mut followed, mut skipped) = ([0, 0], 0);
     for (which, list) in [worst, spread].iter().enumerate() {
@@ -67,26 +67,33 @@ pub fn culprits(
     }
     let (mut blamed, mut noticed) = (Lines::default(), Lines::default());
     let n = f64::from(followed[0].max(1));
-    let (found, pairs) = sums.ended();
-    let underflows: BTreeSet<Span> =
-        found.iter().filter(|(_, blame)| blame.broken.is_some()).map(|(place, _)| place.span).collect();
-    let most = found.values().map(Blame::score).fold(0.0, f64::max);
-    for (place, blame) in found.iter().filter(|(_, blame)| blame.score() > 0.0) {
-        let charge = charge(place, blame, n, (&pairs, &found), sources);
+    let found = sums.ended();
+    let underflows: BTreeSet<Span> = found
+        .places
+        .iter()
+        .filter(|(_, blame)| blame.broken.is_some())
+        .map(|(place, _)| place.span)
+        .collect();
+    let most = found.places.values().map(Blame::score).fold(0.0, f64::max);
+    for (place, blame) in found.places.iter().filter(|(_, blame)| blame.score() > 0.0) {
+        let charge = charge(place, blame, n, &found, sources);
         if charge.error < NOTABLE && blame.score() < most {
             continue;
         }
         blamed.put(charge, sources);
         if blame.reduced >= 0.5 * blame.amplified
-            && let (Some(at), Some(forms)) = (sources.place(place.span), pairs.forms(place, sources))
+            && let (Some(at), Some(forms)) = (sources.place(place.span), found.pairs.forms(place, sources))
         {
             blamed.formed.insert(((at.file, at.line), (forms.file, forms.line)));
         }
     }
     let [at_worst, at_spread] = events;
     let is_new = |event: &(Span, Kind)| !at_spread.contains_key(event);
-    let rare: Vec<(Span, Kind, u32)> =
-        at_worst.iter().filter(|(event, _)| is_new(event)).map(|((span, kind), n)| (*span, *kind, *n)).collect();
+    let rare: Vec<(Span, Kind, u32)> = at_worst
+        .iter()
+        .filter(|(event, _)| is_new(event))
+        .map(|((span, kind), n)| (*span, *kind, *n))
+        .collect();
     let counts = |(span, kind): (Span, Kind)| kind != Kind::Denormal || underflows.contains(&span);
     for ((span, kind), count) in at_spread.into_iter().filter(|(event, _)| counts(*event)) {
         let share = f64::from(count) / f64::from(followed[1].max(1));
@@ -122,7 +129,8 @@ type Events = BTreeMap<(Span, Kind), u32>;
 
 /// The blame of instructions, summed over points.
 struct Sums {
-    found: BTreeMap<InstSite, Blame>,
+    places: BTreeMap<InstSite, Blame>,
+    chains: Pairs,
     /// The roundings of all points by estimate, and those of the points at which they could be measured.
     estimated: Roundings,
     measured: Roundings,
@@ -135,14 +143,22 @@ struct Sums {
 impl Sums {
     fn new(budget: u64) -> Sums {
         let (estimated, measured) = (Roundings::default(), Roundings::default());
-        Sums { found: BTreeMap::new(), estimated, measured, points: [0, 0], budget }
+        Sums {
+            places: BTreeMap::new(),
+            chains: Pairs::default(),
+            estimated,
+            measured,
+            points: [0, 0],
+            budget,
+        }
     }
 
     fn point(&mut self, trace: &Trace, ranges: &[f64]) {
         let blames = blame(trace, ranges, &mut self.budget);
         for (place, blame) in blames.places {
-            self.found.entry(place).or_default().add(&blame);
+            self.places.entry(place).or_default().add(&blame);
         }
+        self.chains.merge(blames.chains);
         self.points[0] += 1;
         self.estimated.merge(blames.estimated);
         match blames.measured {
@@ -155,16 +171,16 @@ impl Sums {
         }
     }
 
-    /// The blame of each instruction, and the pairs. Measured points stand for all of them; if there is none,
+    /// What was found. Measured points stand for all of them; if there is none,
     /// the estimate counts.
-    fn ended(mut self) -> (BTreeMap<InstSite, Blame>, Pairs) {
+    fn ended(mut self) -> Found {
         let [all, measured] = self.points.map(f64::from);
         let (roundings, factor) =
             if measured > 0.0 { (self.measured, all / measured) } else { (self.estimated, 1.0) };
         for (place, error) in roundings.errors {
-            self.found.entry(place).or_default().rounded = error * factor;
+            self.places.entry(place).or_default().rounded = error * factor;
         }
-        (self.found, roundings.pairs.scaled(factor))
+        Found { places: self.places, pairs: roundings.pairs.scaled(factor), chains: self.chains }
     }
 }
 
@@ -204,7 +220,9 @@ impl Lines {
         // Each line that magnifies is moved at most once, so that lines in a loop end somewhere.
         for at in 0..list.len() {
             let Some(rounds) = list.get(at) else { continue };
-            let Some(by) = rounds.magnified_by.as_ref().map(|by| (by.file.clone(), by.line)) else { continue };
+            let Some(by) = rounds.magnified_by.as_ref().map(|by| (by.file.clone(), by.line)) else {
+                continue;
+            };
             let is_formed = self.formed.contains(&(by.clone(), line(rounds)));
             let later = list.iter().skip(at + 1).position(|c| line(c) == by).filter(|_| !is_formed);
             if let Some(from) = later.map(|later| at + 1 + later) {

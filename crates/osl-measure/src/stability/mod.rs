@@ -75,7 +75,11 @@ impl Report {
     /// The lists of lines that are not empty.
     fn lists(&self) -> Vec<List<'_>> {
         let lists = [
-            List { title: "Lines to blame, in the order in which to look at them", lines: &self.culprits, are_errors: true },
+            List {
+                title: "Lines to blame, in the order in which to look at them",
+                lines: &self.culprits,
+                are_errors: true,
+            },
             List {
                 title: "Numeric events, such as arguments outside of a domain",
                 lines: &self.noticed,

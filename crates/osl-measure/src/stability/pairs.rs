@@ -30,9 +30,14 @@ impl Paths {
         Paths { nodes: vec![(None, 0.0); nodes] }
     }
 
-    /// The instruction after a node that magnifies its error the most.
-    pub(super) fn magnifier(&self, id: usize) -> Option<NodeId> {
-        Some(self.nodes.get(id)?.0?.0)
+    /// The instruction after a node that magnifies its error the most, and its factor.
+    pub(super) fn after(&self, id: usize) -> Option<Magnifier> {
+        self.nodes.get(id)?.0
+    }
+
+    /// The same, unless it passes the error on rather than magnify it.
+    pub(super) fn magnifier(&self, id: usize) -> Option<Magnifier> {
+        self.after(id).filter(|(_, factor)| *factor >= NOTABLE)
     }
 
     /// Tells the arguments of a node what magnifies the parts of the error that come from them.
@@ -43,7 +48,7 @@ impl Paths {
             true => blame.factor,
             false => 0.0,
         };
-        let is_more = factor >= NOTABLE && after.is_none_or(|(_, most)| factor > most);
+        let is_more = factor > 1.0 && after.is_none_or(|(_, most)| factor > most);
         let magnifier = if is_more { Some((id as NodeId, factor)) } else { after };
         for (arg, part) in args.iter().zip(parts) {
             if let Some(node) = self.nodes.get_mut(*arg as usize).filter(|node| *part > node.1) {
@@ -102,6 +107,12 @@ impl Pairs {
         self
     }
 
+    /// The error of an instruction that others magnify.
+    pub(super) fn all(&self, rounds: &InstSite) -> f64 {
+        let own = self.found.iter().filter(|((_, other), _)| other == rounds);
+        own.map(|(_, error)| error).sum()
+    }
+
     /// The largest error from a single rounding that an instruction magnifies.
     pub(super) fn largest(&self, magnifies: &InstSite) -> f64 {
         let own = self.found.iter().filter(|((by, _), _)| by == magnifies);
@@ -120,14 +131,14 @@ impl Pairs {
     }
 
     /// The line that forms what an instruction magnifies, if it is another line: that one has most of the
-    /// error, and the line of the instruction itself less than a quarter.
+    /// error, and the line of the instruction itself less than a tenth.
     pub(super) fn forms(&self, of: &InstSite, sources: &SourceMap) -> Option<Partner> {
         let partner = self.partner(Side::Rounds, of, sources)?;
         let at = sources.place(of.span)?;
         let Others { all, lines } = self.others(Side::Rounds, of, sources);
         let own = (at.file, at.line);
         let part = lines.get(&own).map_or(0.0, |line| line.error);
-        ((&partner.file, partner.line) != (&own.0, own.1) && part < 0.25 * all).then_some(partner)
+        ((&partner.file, partner.line) != (&own.0, own.1) && part < 0.1 * all).then_some(partner)
     }
 
     /// The lines on the other side of the pairs of an instruction.

@@ -5,7 +5,7 @@
 //! share cancels there. This module must not know who is blamed for what.
 
 use super::again::{again, computes, differences, is_same};
-use super::broken::broken;
+use super::broken::{broken, rounded_number};
 use crate::trace::{Exact, NodeId, Trace, What};
 
 /// The trace of a point, with the values that an experiment changes.
@@ -62,7 +62,8 @@ impl<'a> Replay<'a> {
             for id in nodes {
                 let (Some(new), Some(old)) = (&self.values[*id as usize], self.old(*id)) else { continue };
                 for error in differences(&new.numbers(), &old.numbers()) {
-                    largest = largest.max(if error.is_finite() { (error / range).abs().min(1.0) } else { 1.0 });
+                    largest =
+                        largest.max(if error.is_finite() { (error / range).abs().min(1.0) } else { 1.0 });
                 }
             }
         }
@@ -141,8 +142,9 @@ fn rounded(trace: &Trace, id: NodeId, value: Exact) -> Exact {
     let Some(wide) = given.and_then(|given| again(&node.what, &given)) else { return value };
     let one = |((value, strict), wide): ((f64, f64), f64)| {
         let own = strict - wide;
-        let is_alike = (value - wide).abs() <= 0.5 * wide.abs() && value.abs() >= f64::from(f32::MIN_POSITIVE);
-        if own.is_finite() && is_alike { value + own } else { f64::from(value as f32) }
+        // The error of another value says nothing about this one.
+        let is_alike = own.is_finite() && (value - wide).abs() <= 0.5 * wide.abs();
+        if is_alike { value + own } else { rounded_number(value) }
     };
     let numbers = value.numbers().into_iter().zip(strict.numbers()).zip(wide.numbers());
     Exact::of_numbers(value.kind(), &numbers.map(one).collect::<Vec<_>>())
