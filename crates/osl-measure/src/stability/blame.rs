@@ -11,8 +11,8 @@
 //! amplifies, and with less weight by its own rounding, which adds up in long loops. An instruction whose
 //! result leaves the range of floats counts like one that amplifies.
 //!
-//! The parts tell where an error may come from, not how much of it: where the operands of a difference share a
-//! rounding, most of it cancels. So [`Replay`] measures what the rounding of each instruction does to the
+//! The parts tell where an error may come from, not how much of it: where the operands of a difference share
+//! a rounding, most of it cancels. So [`Replay`] measures what the rounding of each instruction does to the
 //! outputs.
 
 use super::again::{again, difference, differences};
@@ -22,6 +22,7 @@ use super::pairs::{Pairs, Paths};
 use super::reduce::reduces;
 use super::replay::{Replay, can_round};
 use crate::trace::{Exact, NodeId, Trace, What};
+use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity};
 use std::collections::BTreeMap;
 
@@ -103,6 +104,7 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64], budget: &mut u64) -> Blames {
     }
     let mut found = Blames::default();
     if all == 0.0 {
+        found.measured = Some(Roundings::default());
         return found;
     }
     // All outputs together count as much as the one with the largest error.
@@ -196,7 +198,7 @@ fn measured(
 /// Whether two nodes are runs of the same instruction.
 fn is_alike(trace: &Trace, a: NodeId, b: NodeId) -> bool {
     let (a, b) = (trace.node(a), trace.node(b));
-    a.span == b.span && a.what == b.what
+    a.span == b.span && a.span != Span::default() && a.what == b.what
 }
 
 fn add(to: &mut Vec<f64>, more: impl Iterator<Item = f64>) {

@@ -12,8 +12,12 @@ use crate::trace::{Exact, NodeId, Trace};
 pub enum Broken {
     /// It keeps few digits, since it is near the smallest float.
     Denormal,
+    /// It is 0, since a step within the operation is smaller than the smallest float.
+    UnderflowWithin,
     /// It is smaller than the smallest float, and became 0.
     Underflow,
+    /// A step within the operation is larger than the largest float.
+    OverflowWithin,
     /// It is larger than the largest float.
     Overflow,
     /// It is no number for another reason.
@@ -48,19 +52,19 @@ pub(super) fn broken(trace: &Trace, id: NodeId) -> Option<Broken> {
         match *s {
             _ if size > f64::from(f32::MAX) => Some(Broken::Overflow),
             s if s.is_nan() => Some(Broken::Nan),
-            s if s.is_infinite() => Some(Broken::Overflow),
+            s if s.is_infinite() => Some(Broken::OverflowWithin),
             s if size < f64::from(f32::MIN_POSITIVE) => {
                 let is_rounding = (wide - s).abs() <= f64::from(f32::EPSILON) * size;
                 let kind = if s == 0.0 { Broken::Underflow } else { Broken::Denormal };
                 (!is_rounding).then_some(kind)
             }
             // The steps within the operation overflow or underflow.
-            s if s == 0.0 => {
+            0.0 => {
                 let sizes = || given.iter().flat_map(Exact::numbers).map(f64::abs).filter(|x| *x > 0.0);
                 if sizes().any(|x| x > FAR) {
-                    Some(Broken::Overflow)
+                    Some(Broken::OverflowWithin)
                 } else {
-                    sizes().any(|x| x < 1.0 / FAR).then_some(Broken::Underflow)
+                    sizes().any(|x| x < 1.0 / FAR).then_some(Broken::UnderflowWithin)
                 }
             }
             _ => None,
@@ -69,8 +73,8 @@ pub(super) fn broken(trace: &Trace, id: NodeId) -> Option<Broken> {
     strict.iter().zip(&wide).zip(exact.numbers()).filter_map(one).max()
 }
 
-/// The number rounded to single precision, except one that single precision cannot hold: to leave its range is
-/// no rounding.
+/// The number rounded to single precision, except one that single precision cannot hold: to leave its range
+/// is no rounding.
 pub(super) fn rounded_number(exact: f64) -> f64 {
     let rounded = f64::from(exact as f32);
     let is_out = !rounded.is_finite() || rounded.abs() < f64::from(f32::MIN_POSITIVE);

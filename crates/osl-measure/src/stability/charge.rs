@@ -176,9 +176,11 @@ pub(super) fn charge(
 /// How a result leaves the range of floats, in words.
 fn leaves(broken: Broken) -> &'static str {
     match broken {
-        Broken::Overflow => "overflows: its result, or a step to it, is larger than a float can hold",
-        Broken::Underflow => {
-            "underflows: its result, or a step to it, is smaller than a float can hold, so that it becomes 0"
+        Broken::Overflow => "overflows: its result is larger than a float can hold",
+        Broken::OverflowWithin => "overflows: a number within it is larger than a float can hold",
+        Broken::Underflow => "underflows: its result is smaller than a float can hold, so that it becomes 0",
+        Broken::UnderflowWithin => {
+            "underflows: a number within it is smaller than a float can hold, so that it becomes 0"
         }
         Broken::Denormal => "underflows: its result is so small that a float holds only some of its digits",
         Broken::Nan => "makes a NaN where double precision has a number",

@@ -68,12 +68,6 @@ pub fn culprits(
     let (mut blamed, mut noticed) = (Lines::default(), Lines::default());
     let n = f64::from(followed[0].max(1));
     let found = sums.ended();
-    let underflows: BTreeSet<Span> = found
-        .places
-        .iter()
-        .filter(|(_, blame)| blame.broken.is_some())
-        .map(|(place, _)| place.span)
-        .collect();
     let most = found.places.values().map(Blame::score).fold(0.0, f64::max);
     for (place, blame) in found.places.iter().filter(|(_, blame)| blame.score() > 0.0) {
         let charge = charge(place, blame, n, &found, sources);
@@ -87,25 +81,28 @@ pub fn culprits(
             blamed.formed.insert(((at.file, at.line), (forms.file, forms.line)));
         }
     }
+    // Where an underflow does no harm, it is no event.
+    let harms = |(span, kind): &(Span, Kind)| {
+        let broken = |(place, blame): (&InstSite, &Blame)| {
+            place.span == *span && blame.broken.is_some() && blame.amplified > 0.0
+        };
+        *kind != Kind::Denormal || found.places.iter().any(broken)
+    };
     let [at_worst, at_spread] = events;
-    let is_new = |event: &(Span, Kind)| !at_spread.contains_key(event);
-    let rare: Vec<(Span, Kind, u32)> = at_worst
-        .iter()
-        .filter(|(event, _)| is_new(event))
-        .map(|((span, kind), n)| (*span, *kind, *n))
-        .collect();
-    let counts = |(span, kind): (Span, Kind)| kind != Kind::Denormal || underflows.contains(&span);
-    for ((span, kind), count) in at_spread.into_iter().filter(|(event, _)| counts(*event)) {
-        let share = f64::from(count) / f64::from(followed[1].max(1));
-        let Some(does) = does(kind) else { continue };
-        let why = format!("{does} at {} of the points", percent(share));
-        noticed.put(Charge::seen(span, kind.name(), share, why), sources);
-    }
-    for (span, kind, count) in rare.into_iter().filter(|(span, kind, _)| counts((*span, *kind))) {
+    for ((span, kind), count) in at_worst {
+        let Some(does) = does(kind).filter(|_| harms(&(span, kind))) else { continue };
+        if at_spread.contains_key(&(span, kind)) {
+            continue;
+        }
         // At this share of all points at least.
         let share = f64::from(count) / (grid.width * grid.height).max(1) as f64;
-        let Some(does) = does(kind) else { continue };
         let why = format!("{does} at some of the points with the largest errors");
+        noticed.put(Charge::seen(span, kind.name(), share, why), sources);
+    }
+    for ((span, kind), count) in at_spread {
+        let Some(does) = does(kind).filter(|_| harms(&(span, kind))) else { continue };
+        let share = f64::from(count) / f64::from(followed[1].max(1));
+        let why = format!("{does} at {} of the points", percent(share));
         noticed.put(Charge::seen(span, kind.name(), share, why), sources);
     }
     if subject.base.differentiates {

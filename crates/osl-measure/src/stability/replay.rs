@@ -90,7 +90,7 @@ impl<'a> Replay<'a> {
                 let args: Vec<Exact> = args.iter().map(|arg| self.now(*arg)).collect();
                 again(&node.what, &args).unwrap_or_else(|| self.nearer(id, &args, old))
             }
-            // A condition or an index that becomes another one than in double precision becomes the strict one.
+            // A condition or an index that is another one than in double precision is the strict one.
             (What::Meet, [chooser, strict, exact]) => {
                 let is_other = self.old(*chooser).is_none_or(|old| !is_same(&old, &self.now(*chooser)));
                 self.now(if is_other { *strict } else { *exact })
@@ -128,8 +128,8 @@ pub(super) fn can_round(trace: &Trace, id: NodeId) -> bool {
     is_float && node.strict.is_some() && computes(&node.what)
 }
 
-/// A value with the rounding error that the node made in strict arithmetic. If that was made on another value,
-/// or is not known, the value is rounded to the nearest.
+/// A value with the rounding error that the node made in strict arithmetic. If that was made on another
+/// value, or is not known, the value is rounded to the nearest.
 fn rounded(trace: &Trace, id: NodeId, value: Exact) -> Exact {
     let node = trace.node(id);
     let Some(strict) = node.strict.as_ref().filter(|_| can_round(trace, id)) else { return value };
