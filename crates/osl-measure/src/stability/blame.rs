@@ -243,7 +243,9 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> (Blam
         What::Const | What::Global(_) | What::GlobalDeriv(..) | What::Note(_) => return (blame, 0.0),
     }
     blame.runs = 1;
-    let error = differences(&Exact::widen(strict).numbers(), &exact.numbers());
+    let right = exact.numbers();
+    blame.size = right.iter().fold(0.0, |most, x| x.abs().max(most));
+    let error = differences(&Exact::widen(strict).numbers(), &right);
     if error.iter().all(|e| *e == 0.0) {
         return (blame, 0.0);
     }

@@ -34,6 +34,8 @@ pub struct Blame {
     /// The largest factor by which the relative error of its result exceeds that of its arguments, multiplied
     /// over the rounds of a loop that magnify one after the other; 0 if the result is right.
     pub factor: f64,
+    /// The largest number in its results.
+    pub size: f64,
     /// How its result left the range of floats, if it did.
     pub broken: Option<Broken>,
 }
@@ -52,6 +54,7 @@ impl Blame {
         self.flips += other.flips;
         self.runs += other.runs;
         self.factor = self.factor.max(other.factor);
+        self.size = self.size.max(other.size);
         self.broken = self.broken.max(other.broken);
     }
 }

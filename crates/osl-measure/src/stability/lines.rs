@@ -19,6 +19,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Number of points with the largest errors that are followed.
 pub(super) const WORST: usize = 24;
+/// Arguments of functions that repeat are large from this size on: they have left the first period.
+const LARGE: f64 = 8.0;
 /// Points of a row and of a column at which derivatives are compared with differences.
 const ALONG: usize = 64;
 
@@ -77,6 +79,7 @@ pub fn culprits(
         blamed.put(charge, sources);
         if blame.reduced >= 0.5 * blame.amplified
             && let (Some(at), Some(forms)) = (sources.place(place.span), found.pairs.forms(place, sources))
+            && found.places.get(&forms.place).is_some_and(|forms| forms.size >= LARGE)
         {
             blamed.formed.insert(((at.file, at.line), (forms.file, forms.line)));
         }

@@ -62,7 +62,7 @@ pub fn text(report: &Report, all: bool) -> String {
 
 /// What the errors of lines are, in words.
 pub(super) fn errors_are() -> String {
-    format!("an error is the mean over the followed points, which are the {WORST} with the largest errors")
+    format!("an error is the mean over the followed points: up to {WORST} with the largest errors")
 }
 
 fn line(culprit: &Culprit, out: &mut String) {
