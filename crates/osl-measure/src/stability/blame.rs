@@ -144,6 +144,8 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64], budget: &mut u64) -> Blames {
         {
             found.chains.add(place(by), place(id as NodeId), blame.amplified);
         }
+        // What leaves the range without harm does not count.
+        blame.broken = blame.broken.filter(|_| blame.left > 0.0);
         if blame != Blame::default() {
             found.places.entry(place(id as NodeId)).or_default().add(&blame);
         }
@@ -260,7 +262,7 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> (Blam
     blame.flips = u32::from(steps.jumps());
     let kept = steps.pass_on(flow, &node.args, flows);
     if blame.broken.is_some() {
-        blame.amplified = kept;
+        (blame.amplified, blame.left) = (kept, kept);
         return (blame, 0.0);
     }
     blame.amplified = steps.worse(flow, &error);

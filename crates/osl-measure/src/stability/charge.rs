@@ -117,7 +117,8 @@ pub(super) fn charge(
     };
     let runs = f64::from(blame.runs.max(1));
     let says = |own: &Option<Partner>, sources| own.as_ref().map(|partner| partner.words(place, sources));
-    if let Some(broken) = blame.broken.filter(|_| blame.amplified >= ROUNDING * blame.rounded) {
+    let is_left = blame.left > 0.0 && blame.left >= (0.5 * blame.amplified).max(ROUNDING * blame.rounded);
+    if let Some(broken) = blame.broken.filter(|_| is_left) {
         charge.why = leaves(broken).to_string();
         return charge;
     }

@@ -25,6 +25,8 @@ pub struct Blame {
     pub amplified: f64,
     /// The part of that which it amplifies because it repeats or reduces the range of its argument.
     pub reduced: f64,
+    /// The part that begins in it because its result leaves the range of floats.
+    pub left: f64,
     /// Error from its own rounding.
     pub rounded: f64,
     /// How often a comparison, a floor or the like has a different result in double precision.
@@ -50,6 +52,7 @@ impl Blame {
     pub fn add(&mut self, other: &Blame) {
         self.amplified += other.amplified;
         self.reduced += other.reduced;
+        self.left += other.left;
         self.rounded += other.rounded;
         self.flips += other.flips;
         self.runs += other.runs;

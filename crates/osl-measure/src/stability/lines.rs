@@ -86,9 +86,7 @@ pub fn culprits(
     }
     // Where an underflow does no harm, it is no event.
     let harms = |(span, kind): &(Span, Kind)| {
-        let broken = |(place, blame): (&InstSite, &Blame)| {
-            place.span == *span && blame.broken.is_some() && blame.amplified > 0.0
-        };
+        let broken = |(place, blame): (&InstSite, &Blame)| place.span == *span && blame.left > 0.0;
         *kind != Kind::Denormal || found.places.iter().any(broken)
     };
     let [at_worst, at_spread] = events;
