@@ -109,3 +109,114 @@ fn the_line_that_magnifies_names_the_line_that_rounds() {
     assert_eq!(second.why, "rounds its result, which line 4 magnifies up to 8.2e3 times");
     insta::assert_snapshot!(stability::text::text(&report, false));
 }
+
+fn lines_of(text: &str) -> (Vec<u32>, Examined) {
+    let examined = examine("s.osl", text, &[]);
+    (examined.report.culprits.iter().map(|c| c.line).collect(), examined)
+}
+
+/// Both terms of the difference have the same `x`, so its rounding cancels: 1/x - 1/(x + 1) changes by
+/// 2 dx / x, and the roundings of the quotients are magnified x times.
+#[test]
+fn a_rounding_that_both_operands_share_is_not_blamed() {
+    let text = "shader s(float start = 4000, output float r = 0)\n{\n    float x = start * (1 + 2 * u);\n    \
+                float near = 1 / x;\n    float far = 1 / (x + 1);\n    float d = near - far;\n    \
+                r = d * start * start;\n}\n";
+    let (lines, examined) = lines_of(text);
+    assert_eq!(lines[0], 6, "{lines:?}");
+    assert!(lines.contains(&4) && !lines.contains(&3), "{lines:?}");
+    let told = stability::text::text(&examined.report, false);
+    assert!(!told.contains("what line 3 rounds"), "{told}");
+}
+
+/// The errors of roundings are those of experiments: each of two lines of a loop makes a notable part of the
+/// error, and the one that magnifies what the other rounds comes first.
+#[test]
+fn the_error_of_a_rounding_is_measured() {
+    let text = "shader s(output float r = 0)\n{\n    float x = 9.5 + 0.5 * u, term = 1, sum = 1;\n    \
+                for (int i = 1; i < 50; i++) {\n        term *= -x / i;\n        sum += term;\n    }\n    \
+                r = sum * 200;\n}\n";
+    let report = lines_of(text).1.report;
+    let error = |line: u32| report.culprits.iter().find(|c| c.line == line).map_or(0.0, |c| c.error);
+    let (term, sum) = (error(5), error(6));
+    assert!(term > 0.003 && sum > 0.003, "{term} {sum}");
+    assert_eq!(report.culprits[0].line, 6);
+}
+
+/// A function that repeats magnifies whatever it is given, so the line that forms the large argument comes
+/// first. If that is in the same line, the line comes first anyway.
+#[test]
+fn the_line_that_forms_a_large_argument_comes_before_the_function_that_repeats() {
+    for repeats in [
+        "s - floor(s)",
+        "mod(s, 1)",
+        "fmod(s, 1)",
+        "s - trunc(s)",
+        "sin(s)",
+        "noise(s)",
+        "floor(s * 1) * 0.25 - floor(s * 0.25)",
+    ] {
+        let text = format!(
+            "shader s(float tile = 20000, output float r = 0)\n{{\n    float s = (u + tile) * 48.3;\n    \
+             float part = {repeats};\n    r = part;\n}}\n"
+        );
+        let (lines, examined) = lines_of(&text);
+        let told = stability::text::text(&examined.report, false);
+        assert_eq!(lines.first(), Some(&3), "{told}");
+    }
+    let text = "shader s(float tile = 20000, output float r = 0)\n{\n    float s = u + tile;\n    \
+                float d = s - tile;\n    r = d;\n}\n";
+    assert_eq!(lines_of(text).0, [4, 3]);
+}
+
+/// What follows from an infinite or vanished operand is not the fault of the later line.
+#[test]
+fn the_line_that_leaves_the_range_of_floats_first_is_blamed_first() {
+    let body = |lines: &str| format!("shader s(output float r = 0)\n{{\n{lines}\n}}\n");
+    for (lines, line, says) in [
+        (
+            "float x = 3e38 * (0.5 + 0.5 * u);\nfloat y = 3e38 * v;\nfloat s = x + y;\nr = s / 3e38;",
+            5,
+            "overflows: ",
+        ),
+        ("float x = 1e-22 * (1 + u);\nfloat y = x * x;\nfloat z = sqrt(y);\nr = x / z;", 4, "underflows: "),
+        ("float x = 3e-22 * (1 + u);\nfloat y = x * x;\nfloat z = sqrt(y);\nr = z / x;", 4, "underflows: "),
+        (
+            "float a = 1e25 * (1 + u);\nfloat b = 1e-25;\nfloat q = a / b;\nr = q / 1e25 / 1e25;",
+            5,
+            "overflows: ",
+        ),
+        (
+            "float a = exp(-60 * (1 + u));\nfloat b = a * exp(-50);\nfloat c = a * exp(-51);\nr = b / (b + c);",
+            4,
+            "underflows: ",
+        ),
+        (
+            "vector g = vector(u + 1, 2, v) * 1e-23;\nfloat d = dot(g, g);\nr = g[0] / sqrt(d);",
+            4,
+            "underflows: ",
+        ),
+    ] {
+        let examined = lines_of(&body(lines)).1;
+        let told = stability::text::text(&examined.report, false);
+        let Some(first) = examined.report.culprits.first() else { panic!("nothing is blamed: {told}") };
+        assert_eq!(first.line, line, "{told}");
+        assert!(first.why.starts_with(says), "{told}");
+        assert!(!told.contains("loses digits"), "{told}");
+    }
+}
+
+/// An overflow at few points is found where the errors are large.
+#[test]
+fn events_at_few_points_are_noticed() {
+    let text = "shader s(output float r = 0)\n{\n    float x = 3.0e19 * (u - 0.5);\n    \
+                float y = 3.0e19 * (v - 0.5);\n    r = sqrt(x * x + y * y) / 3.0e19;\n}\n";
+    let report = lines_of(text).1.report;
+    let event = report.noticed.iter().find(|c| c.what == "infinity").expect("an event");
+    assert_eq!(event.line, 5);
+    let says = "makes a number that is too large for a float at some of the points with the largest errors";
+    assert_eq!(event.why, says);
+    let text = "shader s(output float r = 0)\n{\n    float x = floor(u * 3);\n    r = v / x;\n}\n";
+    let report = lines_of(text).1.report;
+    assert!(report.noticed[0].why.starts_with("divides by zero at "), "{}", report.noticed[0].why);
+}

@@ -8,57 +8,199 @@
 //! are rounded once. If its error exceeds the rounding of its own result, no care taken earlier could have
 //! avoided it (the local error of P. Panchekha et al., *Automatically Improving Accuracy for Floating Point
 //! Expressions*, 2015). An instruction scores by the share of the error that passes through it where it
-//! amplifies, and with less weight by its own rounding, which adds up in long loops.
+//! amplifies, and with less weight by its own rounding, which adds up in long loops. An instruction whose
+//! result leaves the range of floats counts like one that amplifies.
+//!
+//! The parts tell where an error may come from, not how much of it: where the operands of a difference share
+//! a rounding, most of it cancels. So [`Replay`] measures what the rounding of each instruction does to the
+//! outputs.
 
+use super::again::{again, difference, differences};
+use super::broken::{broken, rounded_once};
 use super::instruction::{Blame, InstSite};
 use super::pairs::{Pairs, Paths};
-use crate::trace::{Exact, NodeId, Trace, What, eval};
+use super::reduce::reduces;
+use super::replay::{Replay, can_round};
+use crate::trace::{Exact, NodeId, Trace, What};
+use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity};
 use std::collections::BTreeMap;
 
 /// An argument counts as nearly right up to this relative error.
 const CLOSE: f64 = 1e-4;
 
+/// Instructions of a point whose rounding is measured; those with the largest estimates come first.
+const MEASURED: usize = 64;
+
+/// Roundings that make less than this share of a point's error are not charged with any of it.
+const LEAST_SHARE: f64 = 0.01;
+
+/// An instruction that magnifies this many times less than a later one is not the one to look at first.
+const MUCH: f64 = 8.0;
+
 /// What the instructions of a trace did.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Blames {
-    /// The blame of every instruction that has any.
+    /// The blame of every instruction that has any, apart from its rounding.
     pub(super) places: BTreeMap<InstSite, Blame>,
-    /// The instruction that magnifies, the instruction whose rounding it magnifies, and that error as a share
-    /// of an output's range.
+    /// What roundings do to the outputs, estimated along the flow of the error.
+    pub(super) estimated: Roundings,
+    /// Instructions that magnify much more what others magnify first, by error.
+    pub(super) chains: Pairs,
+    /// The same as the estimate from experiments, if they are within the budget.
+    pub(super) measured: Option<Roundings>,
+}
+
+/// Errors from roundings, as shares of an output's range.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Roundings {
+    /// By the instruction that rounds.
+    pub(super) errors: BTreeMap<InstSite, f64>,
+    /// By the instruction that magnifies, and the one whose rounding it magnifies.
     pub(super) pairs: Pairs,
 }
 
-/// The blame of a trace. `ranges` are those of the outputs, in the order of the trace.
-pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> Blames {
-    let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
-    for ((_, _, nodes), range) in trace.outputs.iter().zip(ranges) {
-        for id in nodes {
-            let error = errors(trace, *id);
-            let share = error.iter().map(|e| if e.is_finite() { (e / range).abs().min(1.0) } else { 1.0 });
-            add(&mut flows[*id as usize], share);
+impl Roundings {
+    pub(super) fn merge(&mut self, other: Roundings) {
+        for (place, error) in other.errors {
+            *self.errors.entry(place).or_default() += error;
         }
+        self.pairs.merge(other.pairs);
+    }
+}
+
+/// An instruction that rounds, with all its runs at a point.
+#[derive(Default)]
+struct Rounds {
+    /// Its nodes, the last one first.
+    nodes: Vec<NodeId>,
+    estimate: f64,
+    /// The parts of the estimate, by the instruction that magnifies them.
+    by: BTreeMap<Option<InstSite>, f64>,
+}
+
+/// The part of an estimate that a run counts for at least, so that the runs of an instruction with a wrong
+/// estimate count all the same.
+const LEAST: f64 = 1e-30;
+
+/// The blame of a trace. `ranges` are those of the outputs, in the order of the trace; `budget` is the number
+/// of nodes that experiments may run again.
+pub(super) fn blame(trace: &Trace, ranges: &[f64], budget: &mut u64) -> Blames {
+    let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
+    let (mut all, mut largest) = (0.0, 0.0_f64);
+    let shares: Vec<(NodeId, Vec<f64>)> = trace
+        .outputs
+        .iter()
+        .zip(ranges)
+        .flat_map(|((_, _, nodes), range)| nodes.iter().map(move |id| (*id, *range)))
+        .map(|(id, range)| {
+            let share = |e: f64| if e.is_finite() { (e / range).abs().min(1.0) } else { 1.0 };
+            (id, errors(trace, id).into_iter().map(share).collect::<Vec<f64>>())
+        })
+        .collect();
+    for share in shares.iter().flat_map(|(_, list)| list) {
+        all += share;
+        largest = largest.max(*share);
     }
     let mut found = Blames::default();
+    if all == 0.0 {
+        found.measured = Some(Roundings::default());
+        return found;
+    }
+    // All outputs together count as much as the one with the largest error.
+    for (id, list) in shares {
+        add(&mut flows[id as usize], list.into_iter().map(|share| share * largest / all));
+    }
     let mut paths = Paths::new(trace.nodes.len());
+    let mut rounds: BTreeMap<InstSite, Rounds> = BTreeMap::new();
     let place = |id: NodeId| InstSite { span: trace.node(id).span, what: name(&trace.node(id).what) };
     let sum = |flow: &Vec<f64>| flow.iter().sum::<f64>();
     for id in (0..trace.nodes.len()).rev() {
         let flow = std::mem::take(&mut flows[id]);
         let args = &trace.nodes[id].args;
         let before: Vec<f64> = args.iter().map(|arg| sum(&flows[*arg as usize])).collect();
-        let blame = one(trace, id as NodeId, &flow, &mut flows);
+        let (mut blame, rounded) = one(trace, id as NodeId, &flow, &mut flows);
+        // The rounds of a loop magnify one after the other.
+        if let Some((_, factor)) = paths.after(id).filter(|(by, _)| is_alike(trace, id as NodeId, *by))
+            && blame.amplified > 0.0
+            && blame.factor > 1.0
+            && factor.is_finite()
+        {
+            blame.factor *= factor;
+        }
+        let here = (blame != Blame::default()).then(|| place(id as NodeId));
+        if let Some(here) = here.filter(|_| blame.broken.is_none() && can_round(trace, id as NodeId)) {
+            let by = paths.magnifier(id).map(|(by, _)| place(by)).filter(|by| *by != here);
+            let rounds = rounds.entry(here).or_default();
+            rounds.nodes.push(id as NodeId);
+            rounds.estimate += rounded;
+            *rounds.by.entry(by).or_default() += rounded.max(LEAST);
+        }
+        if let Some((by, factor)) = paths.magnifier(id).filter(|_| blame.amplified > 0.0)
+            && factor.is_finite()
+            && factor > MUCH * blame.factor
+            && !reduces(trace, by)
+            && !is_alike(trace, by, id as NodeId)
+        {
+            found.chains.add(place(by), place(id as NodeId), blame.amplified);
+        }
+        // What leaves the range without harm does not count.
+        blame.broken = blame.broken.filter(|_| blame.left > 0.0);
         if blame != Blame::default() {
             found.places.entry(place(id as NodeId)).or_default().add(&blame);
-        }
-        if let Some(by) = paths.magnifier(id).filter(|by| place(*by) != place(id as NodeId)) {
-            found.pairs.add(place(by), place(id as NodeId), blame.rounded);
         }
         let after = args.iter().map(|arg| sum(&flows[*arg as usize]));
         let parts: Vec<f64> = after.zip(before).map(|(after, before)| after - before).collect();
         paths.pass_on(id, &blame, args, &parts);
     }
+    found.measured = measured(trace, ranges, &rounds, largest, budget);
+    for (place, rounds) in rounds {
+        found.estimated.put(&place, &rounds, rounds.estimate);
+    }
     found
+}
+
+impl Roundings {
+    fn put(&mut self, place: &InstSite, rounds: &Rounds, error: f64) {
+        if error == 0.0 {
+            return;
+        }
+        *self.errors.entry(place.clone()).or_default() += error;
+        let all: f64 = rounds.by.values().sum();
+        for (by, part) in &rounds.by {
+            if let Some(by) = by {
+                self.pairs.add(by.clone(), place.clone(), error * part / all);
+            }
+        }
+    }
+}
+
+/// What the roundings of a point do to its outputs, by experiment. `None` if the budget is used up.
+fn measured(
+    trace: &Trace,
+    ranges: &[f64],
+    rounds: &BTreeMap<InstSite, Rounds>,
+    largest: f64,
+    budget: &mut u64,
+) -> Option<Roundings> {
+    let mut order: Vec<(&InstSite, &Rounds)> = rounds.iter().collect();
+    order.sort_by(|a, b| b.1.estimate.total_cmp(&a.1.estimate).then(a.0.cmp(b.0)));
+    let mut replay = Replay::new(trace);
+    let mut measured = Roundings::default();
+    for (place, rounds) in order.into_iter().take(MEASURED) {
+        let nodes: Vec<NodeId> = rounds.nodes.iter().rev().copied().collect();
+        let error = replay.error(&nodes, ranges, budget)?;
+        if error >= LEAST_SHARE * largest {
+            measured.put(place, rounds, error);
+        }
+    }
+    Some(measured)
+}
+
+/// Whether two nodes are runs of the same instruction.
+fn is_alike(trace: &Trace, a: NodeId, b: NodeId) -> bool {
+    let (a, b) = (trace.node(a), trace.node(b));
+    a.span == b.span && a.span != Span::default() && a.what == b.what
 }
 
 fn add(to: &mut Vec<f64>, more: impl Iterator<Item = f64>) {
@@ -77,24 +219,12 @@ fn errors(trace: &Trace, id: NodeId) -> Vec<f64> {
     differences(&Exact::widen(strict).numbers(), &exact.numbers())
 }
 
-fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| difference(*a, *b)).collect()
-}
-
-fn difference(a: f64, b: f64) -> f64 {
-    match (a == b || (a.is_nan() && b.is_nan()), (a - b).is_finite()) {
-        (true, _) => 0.0,
-        (false, true) => a - b,
-        (false, false) => f64::INFINITY,
-    }
-}
-
-/// The blame of a node through which the error `flow` passes, component by component. Passes the arguments'
-/// parts on.
-fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame {
+/// The blame of a node through which the error `flow` passes, component by component, and the part that its
+/// rounding seems to have made. Passes the arguments' parts on.
+fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> (Blame, f64) {
     let node = trace.node(id);
     let mut blame = Blame::default();
-    let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return blame };
+    let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return (blame, 0.0) };
     let total: f64 = flow.iter().sum();
     match &node.what {
         What::Meet => {
@@ -103,36 +233,46 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
             if let Some(to) = to {
                 add(&mut flows[*to as usize], std::iter::once(total));
             }
-            return blame;
+            return (blame, 0.0);
         }
         What::Element => {
             if let Some(element) = node.args.last() {
                 add(&mut flows[*element as usize], flow.iter().copied());
             }
-            return blame;
+            return (blame, 0.0);
         }
         What::Lane(_) | What::Kernel(..) => {}
-        What::Const | What::Global(_) | What::GlobalDeriv(..) | What::Note(_) => return blame,
+        What::Const | What::Global(_) | What::GlobalDeriv(..) | What::Note(_) => return (blame, 0.0),
     }
     blame.runs = 1;
-    let error = differences(&Exact::widen(strict).numbers(), &exact.numbers());
+    let right = exact.numbers();
+    blame.size = right.iter().fold(0.0, |most, x| x.abs().max(most));
+    let error = differences(&Exact::widen(strict).numbers(), &right);
     if error.iter().all(|e| *e == 0.0) {
-        return blame;
+        return (blame, 0.0);
     }
     if matches!(exact, Exact::Int(_)) {
         blame.flips = 1;
     }
+    blame.broken = broken(trace, id);
     if total == 0.0 {
-        return blame;
+        return (blame, 0.0);
     }
     let steps = Steps::new(trace, id);
     blame.flips = u32::from(steps.jumps());
-    blame.rounded = steps.pass_on(flow, &node.args, flows);
+    let kept = steps.pass_on(flow, &node.args, flows);
+    if blame.broken.is_some() {
+        (blame.amplified, blame.left) = (kept, kept);
+        return (blame, 0.0);
+    }
     blame.amplified = steps.worse(flow, &error);
     if blame.amplified > 0.0 {
         blame.factor = steps.factor();
+        if reduces(trace, id) {
+            blame.reduced = blame.amplified;
+        }
     }
-    blame
+    (blame, kept)
 }
 
 /// An instruction that can be run again with other arguments.
@@ -157,12 +297,7 @@ impl<'a> Steps<'a> {
     }
 
     fn run(&self, args: &[Exact]) -> Option<Vec<f64>> {
-        let result = match &self.trace.node(self.id).what {
-            What::Lane(op) => eval(*op, args)?,
-            What::Kernel(kernel, result) => crate::trace::noise(kernel, args, *result)?,
-            _ => return None,
-        };
-        Some(result.numbers())
+        Some(again(&self.trace.node(self.id).what, args)?.numbers())
     }
 
     /// Splits the error that passes through among the arguments. Returns what is left for the instruction
@@ -172,7 +307,7 @@ impl<'a> Steps<'a> {
         let strict = node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers());
         let mut now = self.exact.clone();
         let total: f64 = flow.iter().sum();
-        let Some(mut before) = self.run(&now) else { return total };
+        let Some(mut before) = self.run(&now) else { return self.pass_on_unknown(total, args, flows) };
         // How each component of each argument changes each component of the result.
         let mut changes: Vec<(usize, usize, Vec<f64>)> = Vec::new();
         for (arg, to) in self.strict.iter().enumerate() {
@@ -213,6 +348,23 @@ impl<'a> Steps<'a> {
         kept
     }
 
+    /// The same for a call that cannot run again: its wrong operands have all of it.
+    fn pass_on_unknown(&self, total: f64, args: &[NodeId], flows: &mut [Vec<f64>]) -> f64 {
+        let given = self.strict.iter().zip(&self.exact).map(|(strict, exact)| relative(strict, exact));
+        let given: Vec<f64> =
+            given.map(|error| if error.is_finite() { error } else { f64::MAX / 1e9 }).collect();
+        let sum: f64 = given.iter().sum();
+        if sum == 0.0 {
+            return total;
+        }
+        for (error, arg) in given.iter().zip(args).filter(|(error, _)| **error > 0.0) {
+            let wrong: Vec<bool> = errors(self.trace, *arg).iter().map(|e| *e != 0.0).collect();
+            let each = total * error / sum / wrong.iter().filter(|w| **w).count().max(1) as f64;
+            add(&mut flows[*arg as usize], wrong.iter().map(|w| if *w { each } else { 0.0 }));
+        }
+        0.0
+    }
+
     /// The relative error of the result divided by the largest one of the arguments, which count as rounded
     /// once at least. 0 for a result that should be 0.
     fn factor(&self) -> f64 {
@@ -243,12 +395,16 @@ impl<'a> Steps<'a> {
     }
 
     /// The part of the passing error that the instruction amplifies: its error with exact arguments that are
-    /// rounded once, beyond the rounding of its result.
+    /// rounded once, beyond the rounding of its result. Arguments that single precision cannot hold stay as
+    /// they are.
     fn worse(&self, flow: &[f64], error: &[f64]) -> f64 {
         let node = self.trace.node(self.id);
         let Some(exact) = &node.exact else { return 0.0 };
-        let rounded: Vec<Exact> = self.exact.iter().map(|e| Exact::widen(&e.round())).collect();
-        let Some(local) = self.run(&rounded) else { return 0.0 };
+        let rounded: Vec<Exact> = self.exact.iter().map(rounded_once).collect();
+        let Some(local) = self.run(&rounded) else {
+            let are_right = self.strict.iter().zip(&self.exact).all(|(s, e)| relative(s, e) == 0.0);
+            return if !are_right && self.are_close() { flow.iter().sum() } else { 0.0 };
+        };
         let whole = matches!(exact, Exact::Int(_));
         if self.jumps() && self.are_close() {
             return flow.iter().sum();

@@ -1,7 +1,7 @@
 //! A report as one self-contained HTML file: findings, curves, lines to blame, maps of lost digits.
 
 use super::subject::{Planes, digits_lost};
-use super::text::is_decade;
+use super::text::{errors_are, is_decade};
 use super::{Culprit, Examined, List, Report};
 use crate::explain::short;
 use crate::markup::escape;
@@ -27,9 +27,12 @@ pub fn html(examined: &Examined, width: usize, height: usize) -> String {
     }
     for List { title, lines, are_errors } in report.lists() {
         let _ = writeln!(out, "<h2>{title}</h2>");
+        if are_errors {
+            let _ = writeln!(out, "<p>Here {}.</p>", errors_are());
+        }
         for culprit in lines.iter().take(12) {
             let error = if are_errors {
-                format!("; {} of the range", short(culprit.error, 2))
+                format!("; error {} of the range", short(culprit.error, 2))
             } else {
                 String::new()
             };

@@ -2,6 +2,7 @@
 //!
 //! This module must not know how blame is found.
 
+use super::broken::Broken;
 use osl_ir::Span;
 
 /// Weight of rounding error relative to amplified error. It is small, so rounding decides only if nothing is
@@ -22,15 +23,23 @@ pub struct InstSite {
 pub struct Blame {
     /// Error that passes through it and that it amplifies, or that begins in it.
     pub amplified: f64,
+    /// The part of that which it amplifies because it repeats or reduces the range of its argument.
+    pub reduced: f64,
+    /// The part that begins in it because its result leaves the range of floats.
+    pub left: f64,
     /// Error from its own rounding.
     pub rounded: f64,
     /// How often a comparison, a floor or the like has a different result in double precision.
     pub flips: u32,
     /// How often it ran.
     pub runs: u32,
-    /// The largest factor by which the relative error of its result exceeds that of its arguments; 0 if the
-    /// result is right.
+    /// The largest factor by which the relative error of its result exceeds that of its arguments, multiplied
+    /// over the rounds of a loop that magnify one after the other; 0 if the result is right.
     pub factor: f64,
+    /// The largest number in its results.
+    pub size: f64,
+    /// How its result left the range of floats, if it did.
+    pub broken: Option<Broken>,
 }
 
 impl Blame {
@@ -42,9 +51,13 @@ impl Blame {
     /// Adds the blame from another point.
     pub fn add(&mut self, other: &Blame) {
         self.amplified += other.amplified;
+        self.reduced += other.reduced;
+        self.left += other.left;
         self.rounded += other.rounded;
         self.flips += other.flips;
         self.runs += other.runs;
         self.factor = self.factor.max(other.factor);
+        self.size = self.size.max(other.size);
+        self.broken = self.broken.max(other.broken);
     }
 }

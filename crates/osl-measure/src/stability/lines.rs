@@ -1,70 +1,30 @@
 //! From the blame of instructions to lines of the source.
 
-use super::blame::blame;
-use super::instruction::{Blame, InstSite, ROUNDING};
+pub use super::charge::Culprit;
+
+use super::blame::{Roundings, blame};
+use super::charge::{Charge, Found, charge, does};
+use super::examine::NOTABLE;
+use super::instruction::{Blame, InstSite};
 use super::jumps::jumps;
-use super::pairs::{Pairs, Partner, Side};
+use super::pairs::Pairs;
 use super::subject::{Planes, Subject};
 use super::sweep::{Setting, errors, percent, range};
-use crate::explain::short;
-use crate::quote::Quote;
 use crate::sanitize::{Kind, events_at};
+use crate::trace::Trace;
 use osl_ir::Span;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
-use serde::Serialize;
-use std::collections::BTreeMap;
-
-/// A source line to blame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Culprit {
-    /// The file.
-    pub file: String,
-    /// The line, from 1.
-    pub line: u32,
-    /// The column of the instruction with the highest score, from 1.
-    pub column: u32,
-    /// The text of the line.
-    pub text: String,
-    /// The text of that instruction.
-    pub code: String,
-    /// Its operation, in the words of the IR; or the kind of the numeric event.
-    pub what: String,
-    /// The setting at which it happens.
-    pub setting: String,
-    /// What lines are ranked by: the error that the instruction magnifies, and with less weight the error of
-    /// its rounding.
-    pub score: f64,
-    /// The larger of these two errors, as a share of the outputs' range, averaged over the examined points.
-    /// For numeric events, the share of the points.
-    pub error: f64,
-    /// The explanation, in words.
-    pub why: String,
-    /// The line whose rounding the instruction magnifies, if most of it is from one line.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub magnifies: Option<Partner>,
-    /// The line that magnifies the instruction's rounding the most.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub magnified_by: Option<Partner>,
-}
-
-/// An instruction with its score and its error.
-#[derive(Default)]
-struct Charge {
-    place: InstSite,
-    score: f64,
-    error: f64,
-    why: String,
-    magnifies: Option<Partner>,
-    magnified_by: Option<Partner>,
-}
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Number of points with the largest errors that are followed.
-const WORST: usize = 24;
+pub(super) const WORST: usize = 24;
+/// Arguments of functions that repeat are large from this size on: they have left the first period.
+const LARGE: f64 = 8.0;
 /// Points of a row and of a column at which derivatives are compared with differences.
 const ALONG: usize = 64;
 
-/// The lines that harm the points of a setting, the worst first.
+/// The lines that harm the points of a setting, the one to look at first before the others.
 #[derive(Clone, Debug, Default)]
 pub struct BlamedLines {
     /// Lines that make the error.
@@ -89,41 +49,60 @@ pub fn culprits(
     let points = setting.points(grid);
     let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
-    let mut found: BTreeMap<InstSite, Blame> = BTreeMap::default();
-    let mut pairs = Pairs::default();
-    let mut events: BTreeMap<(Span, Kind), u32> = BTreeMap::default();
-    let (mut followed, mut skipped) = ((0, 0), 0);
-    for (list, is_worst) in [(&worst, true), (&spread, false)] {
+    let mut sums = Sums::new(subject.limits.running.traces / 2);
+    let mut events: [Events; 2] = Default::default();
+    let (mut followed, mut skipped) = ([0, 0], 0);
+    for (which, list) in [worst, spread].iter().enumerate() {
         for (x, y) in list {
             let Some(trace) = subject.follow(&subject.base, &points, *x, *y) else {
                 skipped += 1;
                 continue;
             };
-            if is_worst {
-                let blames = blame(&trace, &output_ranges(&trace, planes));
-                for (place, blame) in blames.places {
-                    found.entry(place).or_default().add(&blame);
-                }
-                pairs.merge(blames.pairs);
-            } else {
-                for event in events_at(&trace, subject.base.written, sources) {
-                    *events.entry(event).or_default() += 1;
-                }
+            if which == 0 {
+                sums.point(&trace, &output_ranges(&trace, planes));
             }
-            if is_worst { followed.0 += 1 } else { followed.1 += 1 }
+            for event in events_at(&trace, subject.base.written, sources) {
+                *events[which].entry(event).or_default() += 1;
+            }
+            followed[which] += 1;
         }
     }
     let (mut blamed, mut noticed) = (Lines::default(), Lines::default());
-    let n = f64::from(followed.0.max(1));
-    for (place, blame) in &found {
-        let score = blame.score() / n;
-        if score > 0.0 {
-            blamed.put(charge(place, blame, n, (&pairs, &found), sources), sources);
+    let n = f64::from(followed[0].max(1));
+    let found = sums.ended();
+    let most = found.places.values().map(Blame::score).fold(0.0, f64::max);
+    for (place, blame) in found.places.iter().filter(|(_, blame)| blame.score() > 0.0) {
+        let charge = charge(place, blame, n, &found, sources);
+        if charge.error < NOTABLE && blame.score() < most {
+            continue;
+        }
+        blamed.put(charge, sources);
+        if blame.reduced >= 0.5 * blame.amplified
+            && let (Some(at), Some(forms)) = (sources.place(place.span), found.pairs.forms(place, sources))
+            && found.places.get(&forms.place).is_some_and(|forms| forms.size >= LARGE)
+        {
+            blamed.formed.insert(((at.file, at.line), (forms.file, forms.line)));
         }
     }
-    for ((span, kind), count) in events {
-        let share = f64::from(count) / f64::from(followed.1.max(1));
-        let Some(does) = does(kind) else { continue };
+    // Where an underflow does no harm, it is no event.
+    let harms = |(span, kind): &(Span, Kind)| {
+        let broken = |(place, blame): (&InstSite, &Blame)| place.span == *span && blame.left > 0.0;
+        *kind != Kind::Denormal || found.places.iter().any(broken)
+    };
+    let [at_worst, at_spread] = events;
+    for ((span, kind), count) in at_worst {
+        let Some(does) = does(kind).filter(|_| harms(&(span, kind))) else { continue };
+        if at_spread.contains_key(&(span, kind)) {
+            continue;
+        }
+        // At this share of all points at least.
+        let share = f64::from(count) / (grid.width * grid.height).max(1) as f64;
+        let why = format!("{does} at some of the points with the largest errors");
+        noticed.put(Charge::seen(span, kind.name(), share, why), sources);
+    }
+    for ((span, kind), count) in at_spread {
+        let Some(does) = does(kind).filter(|_| harms(&(span, kind))) else { continue };
+        let share = f64::from(count) / f64::from(followed[1].max(1));
         let why = format!("{does} at {} of the points", percent(share));
         noticed.put(Charge::seen(span, kind.name(), share, why), sources);
     }
@@ -143,23 +122,76 @@ pub fn culprits(
     }
 }
 
-/// What an instruction does at a numeric event; `None` for events of precision, for which lines are blamed.
-fn does(kind: Kind) -> Option<&'static str> {
-    match kind {
-        Kind::Domain | Kind::ZeroDivision => Some("is given what it is not defined for"),
-        Kind::IntOverflow => Some("overflows an int"),
-        Kind::IntConversion => Some("makes an int of a float that does not fit"),
-        Kind::Edges => Some("has edges out of order"),
-        Kind::Index => Some("is an index out of range"),
-        Kind::Nan => Some("makes a NaN"),
-        Kind::Infinity => Some("makes a number that is too large for a float"),
-        Kind::Cancellation | Kind::Denormal => None,
+/// How many points have each event.
+type Events = BTreeMap<(Span, Kind), u32>;
+
+/// The blame of instructions, summed over points.
+struct Sums {
+    places: BTreeMap<InstSite, Blame>,
+    chains: Pairs,
+    /// The roundings of all points by estimate, and those of the points at which they could be measured.
+    estimated: Roundings,
+    measured: Roundings,
+    /// The number of all points, and of those.
+    points: [u32; 2],
+    /// The nodes that experiments may still run again.
+    budget: u64,
+}
+
+impl Sums {
+    fn new(budget: u64) -> Sums {
+        let (estimated, measured) = (Roundings::default(), Roundings::default());
+        Sums {
+            places: BTreeMap::new(),
+            chains: Pairs::default(),
+            estimated,
+            measured,
+            points: [0, 0],
+            budget,
+        }
+    }
+
+    fn point(&mut self, trace: &Trace, ranges: &[f64]) {
+        let blames = blame(trace, ranges, &mut self.budget);
+        for (place, blame) in blames.places {
+            self.places.entry(place).or_default().add(&blame);
+        }
+        self.chains.merge(blames.chains);
+        self.points[0] += 1;
+        self.estimated.merge(blames.estimated);
+        match blames.measured {
+            Some(measured) => {
+                self.measured.merge(measured);
+                self.points[1] += 1;
+            }
+            // The budget is used up.
+            None => self.budget = 0,
+        }
+    }
+
+    /// What was found. Measured points stand for all of them; if there is none,
+    /// the estimate counts.
+    fn ended(mut self) -> Found {
+        let [all, measured] = self.points.map(f64::from);
+        let (roundings, factor) =
+            if measured > 0.0 { (self.measured, all / measured) } else { (self.estimated, 1.0) };
+        for (place, error) in roundings.errors {
+            self.places.entry(place).or_default().rounded = error * factor;
+        }
+        Found { places: self.places, pairs: roundings.pairs.scaled(factor), chains: self.chains }
     }
 }
 
+/// A file and a line.
+type Line = (String, u32);
+
 /// Charges by line.
 #[derive(Default)]
-struct Lines(BTreeMap<(u32, u32), Vec<Charge>>);
+struct Lines {
+    charges: BTreeMap<(u32, u32), Vec<Charge>>,
+    /// Lines that reduce the range of what another line forms, with that line.
+    formed: BTreeSet<(Line, Line)>,
+}
 
 impl Lines {
     fn put(&mut self, charge: Charge, sources: &SourceMap) {
@@ -167,12 +199,12 @@ impl Lines {
         if let (Some(file), Some(at)) = (sources.file_at(span.start), sources.place(span))
             && span != Span::default()
         {
-            self.0.entry((file.base, at.line)).or_default().push(charge);
+            self.charges.entry((file.base, at.line)).or_default().push(charge);
         }
     }
 
-    /// The lines, the worst first, each with its worst instruction. The line that magnifies a rounding comes
-    /// before the line that rounds.
+    /// The lines in the order of their scores, each with its worst instruction. The line that magnifies a
+    /// rounding comes before the line that rounds, unless it reduces the range of what that line forms.
     fn culprits(self, setting: &Setting, sources: &SourceMap) -> Vec<Culprit> {
         let of_line = |mut charges: Vec<Charge>| {
             charges.sort_by(|a, b| {
@@ -180,13 +212,26 @@ impl Lines {
             });
             charges.into_iter().next()?.told(setting, sources)
         };
-        let mut list: Vec<Culprit> = self.0.into_values().filter_map(of_line).collect();
+        let mut list: Vec<Culprit> = self.charges.into_values().filter_map(of_line).collect();
         list.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.line.cmp(&b.line)));
+        let line = |culprit: &Culprit| (culprit.file.clone(), culprit.line);
         // Each line that magnifies is moved at most once, so that lines in a loop end somewhere.
         for at in 0..list.len() {
-            let Some(by) = list.get(at).and_then(|culprit| culprit.magnified_by.clone()) else { continue };
-            let later = list.iter().skip(at + 1).position(|c| (&c.file, c.line) == (&by.file, by.line));
+            let Some(rounds) = list.get(at) else { continue };
+            let Some(by) = rounds.magnified_by.as_ref().map(|by| (by.file.clone(), by.line)) else {
+                continue;
+            };
+            let is_formed = self.formed.contains(&(by.clone(), line(rounds)));
+            let later = list.iter().skip(at + 1).position(|c| line(c) == by).filter(|_| !is_formed);
             if let Some(from) = later.map(|later| at + 1 + later) {
+                list[at..=from].rotate_right(1);
+            }
+        }
+        for (reduces, forms) in &self.formed {
+            let place = |of: &Line| list.iter().position(|c| line(c) == *of);
+            if let (Some(at), Some(from)) = (place(reduces), place(forms))
+                && at < from
+            {
                 list[at..=from].rotate_right(1);
             }
         }
@@ -194,93 +239,8 @@ impl Lines {
     }
 }
 
-impl Charge {
-    /// A numeric event.
-    fn seen(span: Span, what: &str, share: f64, why: String) -> Charge {
-        let place = InstSite { span, what: what.to_string() };
-        Charge { place, score: share, error: share, why, ..Charge::default() }
-    }
-
-    fn told(self, setting: &Setting, sources: &SourceMap) -> Option<Culprit> {
-        let Quote { file, line, column, text, code } = Quote::of(self.place.span, sources)?;
-        Some(Culprit {
-            file,
-            line,
-            column,
-            text,
-            code,
-            what: self.place.what,
-            setting: setting.text(),
-            score: self.score,
-            error: self.error,
-            why: self.why,
-            magnifies: self.magnifies,
-            magnified_by: self.magnified_by,
-        })
-    }
-}
-
-/// What an instruction is blamed for at `points` points.
-fn charge(
-    place: &InstSite,
-    blame: &Blame,
-    points: f64,
-    (pairs, found): (&Pairs, &BTreeMap<InstSite, Blame>),
-    sources: &SourceMap,
-) -> Charge {
-    let mut charge = Charge {
-        place: place.clone(),
-        score: blame.score() / points,
-        error: blame.amplified.max(blame.rounded) / points,
-        ..Charge::default()
-    };
-    let runs = f64::from(blame.runs.max(1));
-    let says = |own: &Option<Partner>, sources| own.as_ref().map(|partner| partner.words(place, sources));
-    if blame.amplified >= ROUNDING * blame.rounded {
-        charge.magnifies = pairs.partner(Side::Rounds, place, sources);
-        let rounds = says(&charge.magnifies, sources);
-        let factor = blame.factor;
-        charge.why = match rounds {
-            _ if blame.flips > 0 => {
-                let at = rounds.map_or_else(String::new, |line| format!(" at what {line} rounds"));
-                let share = percent(f64::from(blame.flips) / runs);
-                format!(
-                    "jumps{at}: its result is another than in double precision in {share} of its runs at the \
-                     worst points"
-                )
-            }
-            _ if !(factor > 1.0 && factor.is_finite()) => {
-                "loses digits: a rounding of its arguments makes its result wrong".to_string()
-            }
-            Some(line) => {
-                format!("loses digits: it magnifies up to {} times what {line} rounds", short(factor, 2))
-            }
-            None => format!(
-                "loses digits: it magnifies the error of its arguments up to {} times",
-                short(factor, 2)
-            ),
-        };
-        return charge;
-    }
-    let times = runs / points;
-    if times >= 4.0 {
-        charge.why = format!("rounds its result {} times a point, which adds up", short(times, 2));
-        return charge;
-    }
-    charge.magnified_by = pairs.partner(Side::Magnifies, place, sources);
-    let by = charge.magnified_by.as_ref().and_then(|by| found.get(&by.place));
-    charge.why = match (says(&charge.magnified_by, sources), by) {
-        (Some(line), Some(by)) if by.flips > 0 => format!("rounds its result, at which {line} jumps"),
-        (Some(line), Some(by)) => {
-            format!("rounds its result, which {line} magnifies up to {} times", short(by.factor, 2))
-        }
-        _ => "rounds its result, which later lines make worse".to_string(),
-    };
-    charge
-}
-
 /// The ranges of the outputs of a trace.
-fn output_ranges(trace: &crate::trace::Trace, planes: &Planes) -> Vec<f64> {
+fn output_ranges(trace: &Trace, planes: &Planes) -> Vec<f64> {
     let of = |name: &str| {
         let own = |plane: &String| {
             plane == name || plane.strip_prefix(name).is_some_and(|r| r.starts_with(['.', '[']))

@@ -2,12 +2,17 @@
 //!
 //! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
 //! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results. `blame`
-//! follows the error of single points back to the instructions that made it, and `pairs` finds the
-//! instruction that magnifies it on the way; `lines` sums this up by source line. `fix` rewrites the lines to
-//! blame and proves what that is worth. This module must not know the command line; [`text`] and [`html`]
-//! format a [`Report`].
+//! follows the error of single points back to the instructions that made it, `replay` measures what each
+//! rounding does to the outputs, and `pairs` finds the instruction that magnifies it on the way; `broken`
+//! finds results that leave the range of floats, and `reduce` knows the functions whose arguments must be
+//! small. `lines` sums this up by source line, and `charge` says it. `fix` rewrites the lines to blame and
+//! proves what that is worth. This module must not know the command line; [`text`] and [`html`] format a
+//! [`Report`].
 
+mod again;
 mod blame;
+mod broken;
+mod charge;
 pub(crate) mod cost;
 mod examine;
 pub mod fix;
@@ -16,10 +21,13 @@ mod instruction;
 mod jumps;
 mod lines;
 mod pairs;
+mod reduce;
+mod replay;
 mod subject;
 mod sweep;
 pub mod text;
 
+pub use broken::Broken;
 pub use examine::{Examined, Knob, examine, examine_given};
 pub use instruction::{Blame, InstSite};
 pub use lines::{BlamedLines, Culprit, culprits};
@@ -40,8 +48,8 @@ pub struct Report {
     pub trials: Vec<Trial>,
     /// How far each sweep is safe, in words.
     pub findings: Vec<Finding>,
-    /// The lines to blame for the error at the given setting, the worst first. Empty if there is nothing to
-    /// blame: the largest error is below 1e-4 of the range.
+    /// The lines to blame for the error at the given setting, in the order in which to look at them. Empty if
+    /// there is nothing to blame: the largest error is below 1e-4 of the range.
     pub culprits: Vec<Culprit>,
     /// Lines with numeric events, such as arguments outside of a domain, and derivatives of what jumps, at
     /// the given setting.
@@ -67,7 +75,11 @@ impl Report {
     /// The lists of lines that are not empty.
     fn lists(&self) -> Vec<List<'_>> {
         let lists = [
-            List { title: "Lines to blame, the worst first", lines: &self.culprits, are_errors: true },
+            List {
+                title: "Lines to blame, in the order in which to look at them",
+                lines: &self.culprits,
+                are_errors: true,
+            },
             List {
                 title: "Numeric events, such as arguments outside of a domain",
                 lines: &self.noticed,

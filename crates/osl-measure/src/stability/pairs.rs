@@ -30,9 +30,14 @@ impl Paths {
         Paths { nodes: vec![(None, 0.0); nodes] }
     }
 
-    /// The instruction after a node that magnifies its error the most.
-    pub(super) fn magnifier(&self, id: usize) -> Option<NodeId> {
-        Some(self.nodes.get(id)?.0?.0)
+    /// The instruction after a node that magnifies its error the most, and its factor.
+    pub(super) fn after(&self, id: usize) -> Option<Magnifier> {
+        self.nodes.get(id)?.0
+    }
+
+    /// The same, unless it passes the error on rather than magnify it.
+    pub(super) fn magnifier(&self, id: usize) -> Option<Magnifier> {
+        self.after(id).filter(|(_, factor)| *factor >= NOTABLE)
     }
 
     /// Tells the arguments of a node what magnifies the parts of the error that come from them.
@@ -43,7 +48,7 @@ impl Paths {
             true => blame.factor,
             false => 0.0,
         };
-        let is_more = factor >= NOTABLE && after.is_none_or(|(_, most)| factor > most);
+        let is_more = factor > 1.0 && after.is_none_or(|(_, most)| factor > most);
         let magnifier = if is_more { Some((id as NodeId, factor)) } else { after };
         for (arg, part) in args.iter().zip(parts) {
             if let Some(node) = self.nodes.get_mut(*arg as usize).filter(|node| *part > node.1) {
@@ -96,32 +101,82 @@ impl Pairs {
         }
     }
 
+    /// The errors times a factor.
+    pub(super) fn scaled(mut self, by: f64) -> Pairs {
+        self.found.values_mut().for_each(|error| *error *= by);
+        self
+    }
+
+    /// The error of an instruction that others magnify.
+    pub(super) fn all(&self, rounds: &InstSite) -> f64 {
+        let own = self.found.iter().filter(|((_, other), _)| other == rounds);
+        own.map(|(_, error)| error).sum()
+    }
+
+    /// The largest error from a single rounding that an instruction magnifies.
+    pub(super) fn largest(&self, magnifies: &InstSite) -> f64 {
+        let own = self.found.iter().filter(|((by, _), _)| by == magnifies);
+        own.fold(0.0, |most, (_, error)| error.max(most))
+    }
+
     /// The partner of an instruction on one side, if at least half of the error of its pairs has to do with
     /// one line. Its instruction is the one of that line with the largest part.
     pub(super) fn partner(&self, side: Side, of: &InstSite, sources: &SourceMap) -> Option<Partner> {
-        let mut lines: BTreeMap<(String, u32), (f64, f64, &InstSite)> = BTreeMap::new();
-        let mut all = 0.0;
+        let Others { all, lines } = self.others(side, of, sources);
+        let largest = lines.into_iter().max_by(|a, b| a.1.error.total_cmp(&b.1.error).then(b.0.cmp(&a.0)));
+        let ((file, line), Other { error, place, .. }) = largest?;
+        let code = sources.text(place.span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let code = code.chars().take(CODE).collect();
+        (error >= 0.5 * all).then(|| Partner { file, line, code, place: place.clone() })
+    }
+
+    /// The line that forms what an instruction magnifies, if it is another line: that one has most of the
+    /// error, and the line of the instruction itself less than a tenth.
+    pub(super) fn forms(&self, of: &InstSite, sources: &SourceMap) -> Option<Partner> {
+        let partner = self.partner(Side::Rounds, of, sources)?;
+        let at = sources.place(of.span)?;
+        let Others { all, lines } = self.others(Side::Rounds, of, sources);
+        let own = (at.file, at.line);
+        let part = lines.get(&own).map_or(0.0, |line| line.error);
+        ((&partner.file, partner.line) != (&own.0, own.1) && part < 0.1 * all).then_some(partner)
+    }
+
+    /// The lines on the other side of the pairs of an instruction.
+    fn others(&self, side: Side, of: &InstSite, sources: &SourceMap) -> Others<'_> {
+        let mut others = Others { all: 0.0, lines: BTreeMap::new() };
         for ((magnifies, rounds), error) in &self.found {
             let (own, other) = if side == Side::Rounds { (magnifies, rounds) } else { (rounds, magnifies) };
             if own != of {
                 continue;
             }
-            all += error;
+            others.all += error;
             let Some(at) = sources.place(other.span).filter(|_| other.span != Span::default()) else {
                 continue;
             };
-            let line = lines.entry((at.file, at.line)).or_insert((0.0, 0.0, other));
-            line.0 += error;
-            if *error > line.1 {
-                (line.1, line.2) = (*error, other);
+            let new = Other { error: 0.0, largest: 0.0, place: other };
+            let line = others.lines.entry((at.file, at.line)).or_insert(new);
+            line.error += error;
+            if *error > line.largest {
+                (line.largest, line.place) = (*error, other);
             }
         }
-        let largest = lines.into_iter().max_by(|a, b| a.1.0.total_cmp(&b.1.0).then(b.0.cmp(&a.0)));
-        let ((file, line), (error, _, place)) = largest?;
-        let code = sources.text(place.span).split_whitespace().collect::<Vec<_>>().join(" ");
-        let code = code.chars().take(CODE).collect();
-        (error >= 0.5 * all).then(|| Partner { file, line, code, place: place.clone() })
+        others
     }
+}
+
+/// The lines on the other side of pairs.
+struct Others<'a> {
+    /// The error of all pairs.
+    all: f64,
+    lines: BTreeMap<(String, u32), Other<'a>>,
+}
+
+struct Other<'a> {
+    /// The error of all pairs with the line.
+    error: f64,
+    /// That of its instruction with the largest error, and this instruction.
+    largest: f64,
+    place: &'a InstSite,
 }
 
 /// Characters of a partner's text that are kept.

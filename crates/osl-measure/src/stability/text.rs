@@ -1,5 +1,6 @@
 //! A report as text.
 
+use super::lines::WORST;
 use super::{Culprit, List, Report, Setting};
 use crate::explain::short;
 use crate::quote::Quote;
@@ -36,8 +37,12 @@ pub fn text(report: &Report, all: bool) -> String {
             if is_known { "Nothing to blame." } else { "The time was over before lines could be blamed." };
         let _ = writeln!(out, "\n{said}");
     }
+    let mut explains = true;
     for List { title, lines, are_errors } in report.lists() {
         let _ = writeln!(out, "\n{title}:");
+        if are_errors && std::mem::take(&mut explains) {
+            let _ = writeln!(out, "({})", errors_are());
+        }
         let count = if all { lines.len() } else { SHOWN };
         let least = if all { 0.0 } else { lines.first().map_or(0.0, |c| c.score * NEXT_TO_NOTHING) };
         for culprit in lines.iter().take(count).filter(|c| c.score > least) {
@@ -53,6 +58,11 @@ pub fn text(report: &Report, all: bool) -> String {
         table(report, &mut out);
     }
     out
+}
+
+/// What the errors of lines are, in words.
+pub(super) fn errors_are() -> String {
+    format!("an error is the mean over the followed points: up to {WORST} with the largest errors")
 }
 
 fn line(culprit: &Culprit, out: &mut String) {

@@ -1,0 +1,46 @@
+//! Instructions of a trace that run again, in double precision and with other operands. This module must not
+//! know why.
+
+use crate::trace::{Exact, What, eval, noise};
+use osl_numeric::Cost;
+
+/// The result of an operation or a noise with these operands; `None` for calls that cannot run again.
+pub(super) fn again(what: &What, args: &[Exact]) -> Option<Exact> {
+    match what {
+        What::Lane(op) => eval(*op, args),
+        What::Kernel(kernel, result) => noise(kernel, args, *result),
+        _ => None,
+    }
+}
+
+/// Whether the instruction computes, and so may round: taking a triple apart does not.
+pub(super) fn computes(what: &What) -> bool {
+    match what {
+        What::Lane(op) => op.cost() != Cost::Part,
+        What::Kernel(..) => true,
+        _ => false,
+    }
+}
+
+/// The difference of two numbers; infinite if only one of them is finite.
+pub(super) fn difference(a: f64, b: f64) -> f64 {
+    match (a == b || (a.is_nan() && b.is_nan()), (a - b).is_finite()) {
+        (true, _) => 0.0,
+        (false, true) => a - b,
+        (false, false) => f64::INFINITY,
+    }
+}
+
+/// The differences of two values, component by component.
+pub(super) fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| difference(*a, *b)).collect()
+}
+
+/// Whether two values are the same; NaN is the same as NaN.
+pub(super) fn is_same(a: &Exact, b: &Exact) -> bool {
+    a == b || (a.kind() == b.kind() && are_equal(&a.numbers(), &b.numbers()))
+}
+
+fn are_equal(a: &[f64], b: &[f64]) -> bool {
+    !a.is_empty() && differences(a, b).iter().all(|d| *d == 0.0)
+}

@@ -1,0 +1,205 @@
+//! What an instruction is blamed for, in words and numbers. This module must not know how blame is found, or
+//! how lines are ranked.
+
+use super::broken::Broken;
+use super::instruction::{Blame, InstSite, ROUNDING};
+use super::pairs::{Pairs, Partner, Side};
+use super::sweep::{Setting, percent};
+use crate::explain::short;
+use crate::quote::Quote;
+use crate::sanitize::Kind;
+use osl_ir::Span;
+use osl_syntax::source::SourceMap;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A source line to blame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Culprit {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The column of the instruction with the highest score, from 1.
+    pub column: u32,
+    /// The text of the line.
+    pub text: String,
+    /// The text of that instruction.
+    pub code: String,
+    /// Its operation, in the words of the IR; or the kind of the numeric event.
+    pub what: String,
+    /// The setting at which it happens.
+    pub setting: String,
+    /// What lines are ranked by: the error that the instruction magnifies, and with less weight the error of
+    /// its rounding.
+    pub score: f64,
+    /// The error of its rounding, or that which it magnifies or makes otherwise, as a share of an output's
+    /// range: the mean over the followed points, which have the largest errors. For numeric events, the share
+    /// of the points.
+    pub error: f64,
+    /// The explanation, in words.
+    pub why: String,
+    /// The line whose rounding the instruction magnifies, if most of it is from one line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub magnifies: Option<Partner>,
+    /// The line that magnifies the instruction's rounding the most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub magnified_by: Option<Partner>,
+}
+
+/// An instruction comes before one that magnifies less only if it would magnify this part of that one's error
+/// for right arguments too, which are rounded once.
+const ITSELF: f64 = 0.03;
+
+/// An instruction that runs so often at a point is in a loop.
+const LOOP: f64 = 4.0;
+
+/// What was found at all followed points.
+pub(super) struct Found {
+    /// The blame of each instruction.
+    pub(super) places: BTreeMap<InstSite, Blame>,
+    /// Instructions that magnify what others round.
+    pub(super) pairs: Pairs,
+    /// Instructions that magnify much more what others magnify first.
+    pub(super) chains: Pairs,
+}
+
+/// An instruction with its score and its error.
+#[derive(Default)]
+pub(super) struct Charge {
+    pub(super) place: InstSite,
+    pub(super) score: f64,
+    pub(super) error: f64,
+    why: String,
+    magnifies: Option<Partner>,
+    magnified_by: Option<Partner>,
+}
+
+impl Charge {
+    /// A numeric event.
+    pub(super) fn seen(span: Span, what: &str, share: f64, why: String) -> Charge {
+        let place = InstSite { span, what: what.to_string() };
+        Charge { place, score: share, error: share, why, ..Charge::default() }
+    }
+
+    pub(super) fn told(self, setting: &Setting, sources: &SourceMap) -> Option<Culprit> {
+        let Quote { file, line, column, text, code } = Quote::of(self.place.span, sources)?;
+        Some(Culprit {
+            file,
+            line,
+            column,
+            text,
+            code,
+            what: self.place.what,
+            setting: setting.text(),
+            score: self.score,
+            error: self.error,
+            why: self.why,
+            magnifies: self.magnifies,
+            magnified_by: self.magnified_by,
+        })
+    }
+}
+
+/// What an instruction is blamed for at `points` points.
+pub(super) fn charge(
+    place: &InstSite,
+    blame: &Blame,
+    points: f64,
+    Found { places: found, pairs, chains }: &Found,
+    sources: &SourceMap,
+) -> Charge {
+    let mut charge = Charge {
+        place: place.clone(),
+        score: blame.score() / points,
+        error: blame.amplified.max(blame.rounded) / points,
+        ..Charge::default()
+    };
+    let runs = f64::from(blame.runs.max(1));
+    let says = |own: &Option<Partner>, sources| own.as_ref().map(|partner| partner.words(place, sources));
+    let is_left = blame.left > 0.0 && blame.left >= (0.5 * blame.amplified).max(ROUNDING * blame.rounded);
+    if let Some(broken) = blame.broken.filter(|_| is_left) {
+        charge.why = leaves(broken).to_string();
+        return charge;
+    }
+    if blame.amplified >= ROUNDING * blame.rounded {
+        charge.error = charge.error.max(pairs.largest(place) / points);
+        charge.magnifies = pairs.partner(Side::Rounds, place, sources);
+        charge.magnified_by = chains.partner(Side::Magnifies, place, sources).filter(|by| {
+            let other = found.get(&by.place).map_or(0.0, |by| by.amplified);
+            chains.all(place) >= 0.5 * blame.amplified && other >= ITSELF * blame.amplified
+        });
+        let rounds = says(&charge.magnifies, sources);
+        let factor = blame.factor;
+        charge.why = match rounds {
+            _ if blame.flips > 0 => {
+                let at = rounds.map_or_else(String::new, |line| format!(" at what {line} rounds"));
+                let share = percent(f64::from(blame.flips) / runs);
+                format!(
+                    "jumps{at}: its result is another than in double precision in {share} of its runs at the \
+                     worst points"
+                )
+            }
+            _ if !(factor > 1.0 && factor.is_finite()) => {
+                "loses digits: a rounding of its arguments makes its result wrong".to_string()
+            }
+            Some(line) => {
+                format!("loses digits: it magnifies up to {} times what {line} rounds", short(factor, 2))
+            }
+            None => format!(
+                "loses digits: it magnifies the error of its arguments up to {} times",
+                short(factor, 2)
+            ),
+        };
+        return charge;
+    }
+    charge.magnified_by = pairs.partner(Side::Magnifies, place, sources);
+    let by = charge.magnified_by.as_ref().and_then(|by| found.get(&by.place));
+    let times = runs / points;
+    if times >= LOOP {
+        // What magnifies the sum after the loop is not the one to look at first.
+        if !by.is_some_and(|by| f64::from(by.runs) >= LOOP * points) {
+            charge.magnified_by = None;
+        }
+        charge.why = format!("rounds its result {} times a point, which adds up", short(times, 2));
+        return charge;
+    }
+    charge.why = match (says(&charge.magnified_by, sources), by) {
+        (Some(line), Some(by)) if by.flips > 0 => format!("rounds its result, at which {line} jumps"),
+        (Some(line), Some(by)) => {
+            format!("rounds its result, which {line} magnifies up to {} times", short(by.factor, 2))
+        }
+        _ => "rounds its result, which later lines make worse".to_string(),
+    };
+    charge
+}
+
+/// How a result leaves the range of floats, in words.
+fn leaves(broken: Broken) -> &'static str {
+    match broken {
+        Broken::Overflow => "overflows: its result is larger than a float can hold",
+        Broken::OverflowWithin => "overflows: a number within it is larger than a float can hold",
+        Broken::Underflow => "underflows: its result is smaller than a float can hold, so that it becomes 0",
+        Broken::UnderflowWithin => {
+            "underflows: a number within it is smaller than a float can hold, so that it becomes 0"
+        }
+        Broken::Denormal => "underflows: its result is so small that a float holds only some of its digits",
+        Broken::Nan => "makes a NaN where double precision has a number",
+    }
+}
+
+/// What an instruction does at a numeric event; `None` for events of precision, for which lines are blamed.
+pub(super) fn does(kind: Kind) -> Option<&'static str> {
+    match kind {
+        Kind::ZeroDivision => Some("divides by zero"),
+        Kind::Domain => Some("is given what it is not defined for"),
+        Kind::IntOverflow => Some("overflows an int"),
+        Kind::IntConversion => Some("makes an int of a float that does not fit"),
+        Kind::Edges => Some("has edges out of order"),
+        Kind::Index => Some("is an index out of range"),
+        Kind::Nan => Some("makes a NaN"),
+        Kind::Infinity => Some("makes a number that is too large for a float"),
+        Kind::Denormal => Some("makes a number that is too small for all of its digits"),
+        Kind::Cancellation => None,
+    }
+}
