@@ -131,6 +131,13 @@ impl<'a> Judge<'a> {
         self.levels.first().map_or(Errors { largest: 0.0, rms: 0.0 }, |level| level.before)
     }
 
+    /// Whether a changed program has exactly these errors at the first setting.
+    pub(super) fn has_errors(&self, programs: &Programs, errors: &Errors) -> bool {
+        let Some(level) = self.levels.first() else { return false };
+        let values = self.subject.values(&programs.strict, &level.points, level.tries);
+        values.is_ok_and(|(_, strict)| Errors::of(&worst(&strict, &level.truth, &level.ranges)) == *errors)
+    }
+
     /// Judges a changed program against the original and against the errors of an earlier change. Besides the
     /// first setting, the given one counts, and those at which one of these lines is blamed.
     pub(super) fn judge(&self, programs: &Programs, lines: &[u32], earlier: &Errors) -> Result<Good, Bad> {

@@ -404,7 +404,7 @@ pub(crate) fn within(e: &Expr) -> Vec<&Expr> {
 }
 
 /// Whether an expression writes nothing, prints nothing and calls no function of the source.
-fn is_pure(e: &Expr) -> bool {
+pub(super) fn is_pure(e: &Expr) -> bool {
     let own = match &e.kind {
         ExprKind::Assign(..) | ExprKind::Step { .. } | ExprKind::Call(..) | ExprKind::Operation(_) => false,
         ExprKind::Builtin(call) => call.outputs.iter().all(Option::is_none),

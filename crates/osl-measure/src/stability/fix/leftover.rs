@@ -1,0 +1,53 @@
+//! Declarations that a repair leaves without use: values whose only readers it replaced.
+//!
+//! This module must not know rows.
+
+use super::source::Source;
+use super::term::is_pure;
+use osl_hir::hir::{Init, StmtKind};
+use osl_hir::lint::{bodies, each_stmt};
+use osl_syntax::diagnostic::Edit;
+use osl_syntax::span::Span;
+
+/// The text of `after` without the declarations of variables that only `before` reads; `None` if there are
+/// none.
+pub(super) fn removed(before: &Source<'_>, after: &Source<'_>) -> Option<String> {
+    let mut edits: Vec<Edit> = Vec::new();
+    for body in bodies(after.program) {
+        each_stmt(body, &mut |stmt| {
+            let StmtKind::Declare(var, Some(Init::Value(value))) = &stmt.kind else { return };
+            let Some(name) = after.program.vars.get(var.0 as usize).map(|var| &*var.name) else { return };
+            let is_left = is_pure(value) && count(after.bare(), name) == 1 && count(before.bare(), name) != 1;
+            if let Some(span) = after.start(stmt).filter(|_| is_left).and_then(|at| declaration(after, at)) {
+                edits.push(Edit { span, text: String::new() });
+            }
+        });
+    }
+    if edits.is_empty() { None } else { osl_syntax::repair::apply(after.reader.text, &edits) }
+}
+
+/// How often a word occurs.
+fn count(text: &str, word: &str) -> usize {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|own| *own == word).count()
+}
+
+/// The span of the declaration of a single variable that begins at a position, with its line if nothing else
+/// is in it.
+fn declaration(source: &Source<'_>, start: usize) -> Option<Span> {
+    let bare = source.bare();
+    let length = bare.get(start..)?.find(';')? + 1;
+    let mut depth = 0_i32;
+    let is_single = bare.get(start..start + length)?.chars().all(|c| {
+        depth += i32::from(c == '(' || c == '{') - i32::from(c == ')' || c == '}');
+        c != ',' || depth > 0
+    });
+    let text = source.reader.text;
+    let (mut from, mut to) = (start, start + length);
+    let line = text.get(..from)?.rfind('\n').map_or(0, |at| at + 1);
+    let next = text.get(to..)?.find('\n').map(|at| to + at + 1)?;
+    let is_blank = |part: Option<&str>| part.is_some_and(|part| part.trim().is_empty());
+    if is_blank(text.get(line..from)) && is_blank(text.get(to..next)) {
+        (from, to) = (line, next);
+    }
+    is_single.then(|| Span::new(from as u32, to as u32))
+}

@@ -1,0 +1,288 @@
+//! The search for a repair at one setting: the rewrites of the blamed lines are tried, the best one is kept,
+//! and the lines that are blamed after it are next. Where no single rewrite helps, two are tried together.
+//!
+//! This module must not know rows or how errors are measured.
+
+use super::super::examine::NOTABLE;
+use super::super::lines::{Culprit, culprits};
+use super::super::subject::Subject;
+use super::super::sweep::{self, Setting};
+use super::candidates::{Candidate, candidates};
+use super::judge::{Bad, DEAR, Errors, Good, Judge};
+use super::source::Source;
+use super::variants::Variants;
+use super::{Build, Built, Changed, Repair, Step, leftover, loops, nothing};
+use osl_hir::hir::Program;
+use osl_scene::Grid;
+
+/// How many times smaller the error has to be.
+const ENOUGH: f64 = 10.0;
+/// How many times smaller each rewrite must make it while that is not enough, and after that.
+const FURTHER: [f64; 2] = [1.2, 2.0];
+/// Maximum number of rewrites in a repair.
+const STEPS: usize = 4;
+/// Maximum number of rewrites that are tried for one step.
+const TRIES: usize = 80;
+/// A rewrite may be the first of two if the error grows to no more than the reciprocal of this.
+const NEUTRAL: f64 = 0.5;
+/// Maximum number of rewrites that are tried as the first of two.
+const PAIRS: usize = 8;
+/// Maximum number of them that are tested with other values of the parameters, the best ones first.
+const TESTS: usize = 12;
+
+/// The search for a repair at one setting.
+pub(super) struct Search<'a> {
+    pub(super) subject: &'a Subject<'a>,
+    pub(super) grid: &'a Grid,
+    pub(super) judge: Judge<'a>,
+    pub(super) variants: &'a Variants<'a>,
+    pub(super) setting: Setting,
+    pub(super) build: &'a Build<'a>,
+}
+
+/// The outcome of trying all rewrites for one step.
+#[derive(Default)]
+struct RewriteOutcome {
+    best: Option<(Candidate, Good)>,
+    dear: Option<(Candidate, Good)>,
+    harmful: Option<(Candidate, Good, (String, String))>,
+    nearly: Option<(Candidate, f64)>,
+    /// Those that change little by themselves, with the errors.
+    neutral: Vec<(Candidate, Errors)>,
+    tried: usize,
+    not_tried: usize,
+}
+
+impl Search<'_> {
+    /// Looks for a repair of the blamed lines of a source.
+    pub(super) fn run(&self, text: &str, program: &Program, mut blamed: Vec<u32>) -> Repair {
+        let before = self.judge.before();
+        let mut repair = Repair { before: Some(before), ..nothing(&self.setting.text()) };
+        let mut now = before;
+        // The lines that are touched, by their numbers in the original.
+        let mut touched: Option<Vec<u32>> = None;
+        let original = Source::new(program, text);
+        let (mut text, mut program) = (text.to_string(), program.clone());
+        while repair.steps.len() < STEPS && !blamed.is_empty() && !self.subject.is_over() {
+            let tried = self.step(&text, &program, (&blamed, touched.as_deref()), &now);
+            repair.tried += tried.tried;
+            repair.not_tried += tried.not_tried;
+            if repair.steps.is_empty() {
+                repair.dear = tried.dear.map(|(candidate, good)| step(&candidate, &good));
+                repair.harmful = tried.harmful.map(|(candidate, good, at)| (step(&candidate, &good), at));
+                repair.nearly = tried.nearly.map(|(candidate, gain)| {
+                    let good = Good { errors: before, cost: 1.0, doubt: 0.0 };
+                    (step(&candidate, &good), gain)
+                });
+            }
+            let least = FURTHER[usize::from(before.gain(&now) >= ENOUGH)];
+            let mut best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= least);
+            let is_enough = best.as_ref().is_some_and(|(_, good)| before.gain(&good.errors) >= ENOUGH);
+            if repair.steps.is_empty()
+                && !is_enough
+                && let Some((first, errors, second, good)) = self.pair(tried.neutral, &now)
+            {
+                touched = Some(first.lines.iter().copied().collect());
+                repair.steps.push(step(&first, &Good { errors, ..good }));
+                best = Some((second, good));
+            }
+            let Some((candidate, good)) = best else { break };
+            touched.get_or_insert_with(|| candidate.lines.iter().copied().collect());
+            now = good.errors;
+            repair.doubt = good.doubt;
+            repair.steps.push(step(&candidate, &good));
+            text = candidate.text;
+            let changed = Changed { text: &text, notes: true, param: None };
+            let Some(built) = (self.build)(&changed) else { break };
+            blamed = self.blamed(&built);
+            program = built.program;
+        }
+        let gain = before.gain(&now);
+        if gain >= ENOUGH {
+            repair.text = Some(self.tidied(&original, text, &now));
+            repair.dear = None;
+            repair.harmful = None;
+            repair.nearly = None;
+        } else if !repair.steps.is_empty() {
+            // The best combination does not help enough.
+            repair.nearly = repair.steps.first().cloned().map(|first| (first, gain));
+            repair.steps.clear();
+        }
+        repair
+    }
+
+    /// Two rewrites of which the first alone changes little: where a root hides what nearly cancels below it,
+    /// both must go.
+    fn pair(
+        &self,
+        neutral: Vec<(Candidate, Errors)>,
+        now: &Errors,
+    ) -> Option<(Candidate, Errors, Candidate, Good)> {
+        let mut found: Option<(Candidate, Errors, Candidate, Good)> = None;
+        for (first, errors) in neutral.into_iter().take(PAIRS) {
+            if self.subject.is_over() {
+                break;
+            }
+            let changed = Changed { text: &first.text, notes: true, param: None };
+            let Some(built) = (self.build)(&changed) else { continue };
+            let blamed = self.blamed(&built);
+            let touched: Vec<u32> = first.lines.iter().copied().collect();
+            let tried = self.step(&first.text, &built.program, (&blamed, Some(&touched)), now);
+            let best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= ENOUGH);
+            if let Some((second, good)) = best
+                && found.as_ref().is_none_or(|old| better((&second, &good), (&old.2, &old.3)))
+            {
+                found = Some((first, errors, second, good));
+            }
+        }
+        found
+    }
+
+    /// Tries the rewrites of the blamed lines. `touched` are the lines of earlier rewrites, if there are any.
+    fn step(
+        &self,
+        text: &str,
+        program: &Program,
+        (blamed, touched): (&[u32], Option<&[u32]>),
+        now: &Errors,
+    ) -> RewriteOutcome {
+        let source = Source::new(program, text);
+        let mut list: Vec<(usize, Candidate)> = loops::candidates(&source)
+            .into_iter()
+            .chain(candidates(&source, blamed))
+            .filter_map(|candidate| {
+                let rank = blamed.iter().position(|line| candidate.lines.contains(line))?;
+                Some((rank, candidate))
+            })
+            .collect();
+        list.sort_by_key(|(rank, _)| *rank);
+        let mut out = RewriteOutcome::default();
+        let mut passed: Vec<(Candidate, Good)> = Vec::new();
+        for (_, candidate) in list {
+            if out.tried >= TRIES || self.subject.is_over() {
+                out.not_tried += 1;
+                continue;
+            }
+            out.tried += 1;
+            let Some(built) = (self.build)(&Changed::plain(&candidate.text)) else { continue };
+            let programs = self.subject.base.programs_of(built.plain, self.subject.limits);
+            let own: Vec<u32> = candidate.lines.iter().copied().collect();
+            match self.judge.judge(&programs, touched.unwrap_or(&own), now) {
+                Ok(good) if good.cost < DEAR => passed.push((candidate, good)),
+                Ok(good) => {
+                    let is_enough = now.gain(&good.errors) >= ENOUGH;
+                    let is_best = out.dear.as_ref().is_none_or(|(_, other)| good.cost < other.cost);
+                    if is_enough && is_best {
+                        out.dear = Some((candidate, good));
+                    }
+                }
+                Err(Bad::Little(gain, errors)) => {
+                    if gain > 1.0 && out.nearly.as_ref().is_none_or(|(_, other)| gain > *other) {
+                        out.nearly = Some((candidate.clone(), gain));
+                    }
+                    if gain >= NEUTRAL {
+                        out.neutral.push((candidate, errors));
+                    }
+                }
+                Err(Bad::Stops | Bad::Harms | Bad::Differs) => {}
+            }
+        }
+        for _ in 0..TESTS {
+            let best = (0..passed.len()).reduce(|a, b| {
+                let (best, other) = (&passed[a], &passed[b]);
+                if better((&other.0, &other.1), (&best.0, &best.1)) { b } else { a }
+            });
+            let Some((candidate, good)) = best.map(|best| passed.remove(best)) else { break };
+            match self.variants.harmed_by(&candidate.text, self.build) {
+                None => {
+                    out.best = Some((candidate, good));
+                    break;
+                }
+                Some(at) if now.gain(&good.errors) >= ENOUGH && out.harmful.is_none() => {
+                    out.harmful = Some((candidate, good, at));
+                }
+                Some(_) => {}
+            }
+        }
+        out
+    }
+
+    /// A repaired text without the declarations that the repair leaves without use.
+    fn tidied(&self, original: &Source<'_>, mut text: String, now: &Errors) -> String {
+        // A declaration may have been the only reader of another one.
+        for _ in 0..STEPS {
+            let Some(built) = (self.build)(&Changed::plain(&text)) else { break };
+            let Some(shorter) = leftover::removed(original, &Source::new(&built.program, &text)) else {
+                break;
+            };
+            let Some(built) = (self.build)(&Changed::plain(&shorter)) else { break };
+            let programs = self.subject.base.programs_of(built.plain, self.subject.limits);
+            if !self.judge.has_errors(&programs, now) {
+                break;
+            }
+            text = shorter;
+        }
+        text
+    }
+
+    /// The lines to blame in a changed source.
+    fn blamed(&self, built: &Built) -> Vec<u32> {
+        let Some(noted) = &built.noted else { return Vec::new() };
+        let limits = self.subject.limits;
+        let base = self.subject.base.again(built.plain.clone(), noted.clone(), limits);
+        let subject = Subject::new(self.subject.services, base, limits);
+        let points = self.setting.points(self.grid);
+        let Ok(planes) = subject.run(&subject.base, &points, self.setting != Setting::AsGiven) else {
+            return Vec::new();
+        };
+        let is_notable = (0..planes.names.len())
+            .any(|plane| sweep::errors(&planes, plane).into_iter().any(|error| error >= NOTABLE));
+        let found = culprits(&subject, self.grid, &self.setting, &planes, &built.sources, is_notable);
+        worst_lines(found.blamed.iter())
+    }
+}
+
+/// Whether a change is better than another: a third of the error, or else fewer lines, or else cheaper, or
+/// else shorter.
+fn better(a: (&Candidate, &Good), b: (&Candidate, &Good)) -> bool {
+    let size = |good: &Good| (good.errors.rms.max(1e-8) * good.errors.largest.max(1e-7)).sqrt();
+    let (x, y) = (size(a.1), size(b.1));
+    if x * 3.0 < y || y * 3.0 < x {
+        return x < y;
+    }
+    if a.0.lines.len() != b.0.lines.len() {
+        return a.0.lines.len() < b.0.lines.len();
+    }
+    if (a.1.cost - b.1.cost).abs() > 0.01 {
+        return a.1.cost < b.1.cost;
+    }
+    a.0.text.len() < b.0.text.len()
+}
+
+fn step(candidate: &Candidate, good: &Good) -> Step {
+    Step {
+        name: candidate.name.to_string(),
+        line: candidate.line,
+        old: candidate.old.clone(),
+        new: candidate.new.clone(),
+        why: candidate.why.to_string(),
+        errors: good.errors,
+        cost: good.cost,
+    }
+}
+
+/// Lines below this share of the worst line's score are not worth a rewrite.
+const NEXT_TO_NOTHING: f64 = 1e-3;
+
+/// The lines of culprits, the worst first, without those that hardly matter.
+pub(super) fn worst_lines<'a>(culprits: impl Iterator<Item = &'a Culprit>) -> Vec<u32> {
+    let mut worst = 0.0_f64;
+    let mut lines = Vec::new();
+    for culprit in culprits {
+        worst = worst.max(culprit.score);
+        if culprit.score >= worst * NEXT_TO_NOTHING {
+            lines.push(culprit.line);
+        }
+    }
+    lines
+}
