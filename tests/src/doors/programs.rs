@@ -123,13 +123,14 @@ pub fn told(bytes: &[u8]) -> u64 {
     sanitize::text::text(&examined.report);
     let base = Base::new(body.clone(), noted.clone(), None, &options.limits);
     let subject = Subject::new(laws::services(), base, &limits);
-    let knob = Knob { name: "none".to_string(), values: vec!["nan".to_string()] };
+    let values = vec!["nan".to_string()];
+    let knobs = [Knob { name: "none".to_string(), values, near: vec!["2".to_string()] }];
     let variant = |_: &str, _: &str| Some(Base::new(body.clone(), noted.clone(), None, &options.limits));
     let examined = stability::examine(
         &subject,
         &Grid::new(2, 2),
         0.01,
-        &[knob],
+        &knobs,
         &variant,
         &checked.sources,
         "<svg onload=x>\u{1b}[31m",
@@ -139,16 +140,17 @@ pub fn told(bytes: &[u8]) -> u64 {
     assert!(!page.contains("<svg onload"), "the page holds the name of the shader as it is");
     // The search compiles up to a few hundred programs.
     if body.values.len() < REPAIRED && hash(bytes).is_multiple_of(16) {
-        let build = |text: &str, notes: bool| {
-            let checked = stages::check("generated.osl", text, &NoFiles, &Options::default());
+        let build = |changed: &fix::Changed<'_>| {
+            let checked = stages::check("generated.osl", changed.text, &NoFiles, &Options::default());
             let program = checked.program?;
             let plain = stages::lower(&program, &[]).ok()?;
-            let noted = if notes { Some(stages::lower_noted(&program, &[]).ok()?) } else { None };
+            let noted = if changed.notes { Some(stages::lower_noted(&program, &[]).ok()?) } else { None };
             Some(fix::Built { program, sources: checked.sources, plain, noted })
         };
-        let found = fix::repair(&subject, &Grid::new(2, 2), &examined, (&text, program), &build);
+        let found = fix::repair(&subject, &Grid::new(2, 2), &examined, &knobs, (&text, program), &build);
         fix::text::text(&found, "<svg onload=x>\u{1b}[31m");
-        if let Some(repaired) = found.text.filter(|repaired| build(repaired, true).is_none()) {
+        if let Some(repaired) = found.text.filter(|repaired| build(&fix::Changed::plain(repaired)).is_none())
+        {
             broken(&text, &format!("{repaired}\nis no repair: it does not compile"));
         }
     }

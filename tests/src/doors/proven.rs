@@ -77,7 +77,7 @@ pub fn lod(bytes: &[u8]) -> u64 {
     let checked = stages::check("generated.osl", &text, &NoFiles, &Options::default());
     let Some(program) = &checked.program else { return 0 };
     let Ok(body) = stages::lower(program, &[]) else { return 1 };
-    let build = |text: &str, _: bool| {
+    let build = |text: &str| {
         let checked = stages::check("generated.osl", text, &NoFiles, &Options::default());
         let program = checked.program?;
         let plain = stages::lower(&program, &[]).ok()?;

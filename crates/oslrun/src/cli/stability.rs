@@ -243,7 +243,7 @@ fn around(now: f64, whole: bool) -> Vec<f64> {
     match (whole, now == 0.0) {
         (true, _) => vec![now - 1.0, now + 1.0, 2.0 * now],
         (false, true) => vec![0.01, 1.0, -1.0],
-        (false, false) => [0.1, 0.5, 2.0, 4.0].iter().map(|factor| factor * now).collect(),
+        (false, false) => [0.5, 2.0].iter().map(|factor| factor * now).collect(),
     }
 }
 

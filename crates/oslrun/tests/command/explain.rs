@@ -216,6 +216,44 @@ fn a_repair_is_data_too() {
 }
 
 #[test]
+fn a_repair_does_no_harm_with_other_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sag.osl");
+    // With a negative radius, the sum below the conjugate's bar cancels instead.
+    let text = "shader sag(float radius = 60, output float r = 0)\n{\n    float x = 0.5 * u;\n    \
+                r = 100 * (radius - sqrt(radius * radius - x * x));\n}\n";
+    std::fs::write(&file, text).unwrap();
+    let file = file.display().to_string();
+    let name = |more: &[&str]| {
+        let args = ["stability", &file, "--fix", "--json", "--points", "16x16", "--budget", "600"];
+        let (_, out, err) = oslrun(&args.iter().chain(more).copied().collect::<Vec<&str>>());
+        let value: serde_json::Value = serde_json::from_str(&out).expect(&err);
+        value["repair"]["steps"][0]["name"].as_str().map(str::to_string)
+    };
+    assert_eq!(name(&["--no-params"]).as_deref(), Some("conjugate"));
+    assert_eq!(name(&[]).as_deref(), Some("conjugate by sign"));
+}
+
+#[test]
+fn a_repair_goes_through_functions_and_leaves_nothing_unused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("slope.osl");
+    let text = "float ridge(float x)\n{\n    float s = sin(6.0 * x);\n    return 1.0 + 0.2 * s;\n}\n\
+                shader slope(float h = 0.000002, output float r = 0)\n{\n    float here = ridge(u);\n    \
+                float next = ridge(u + h);\n    r = (next - here) / h;\n}\n";
+    std::fs::write(&file, text).unwrap();
+    let fixed = folder.path().join("fixed.osl").display().to_string();
+    let file = file.display().to_string();
+    let args: Vec<&str> = ["stability", &file, "--write", &fixed].into_iter().chain(FIX).collect();
+    let (code, out, err) = oslrun(&args);
+    assert_eq!((code, out.contains("Repair (as given)")), (0, true), "{out}{err}");
+    let text = std::fs::read_to_string(&fixed).unwrap();
+    assert!(!text.contains("float here") && !text.contains("float next"), "{text}");
+    let (code, _, err) = oslrun(&["check", "--deny", "warnings", &fixed]);
+    assert_eq!(code, 0, "{err}");
+}
+
+#[test]
 fn a_repair_needs_a_source() {
     let (_folder, file) = pendulum();
     let (code, _, err) = oslrun(&["stability", &file, "--write", "x.osl"]);

@@ -160,7 +160,7 @@ impl<'a> Judge<'a> {
                 }
                 errors = Some(own);
             }
-            if harms(&points, &level.near, ROUNDING, SAFE) {
+            if harmed(&points, &level.near, ROUNDING).len() as f64 > SAFE * points.len() as f64 {
                 return Err(Bad::Harms);
             }
         }
@@ -186,11 +186,11 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Whether more than the allowed share of the points become wrong that were right: their error exceeds twice
-/// the largest one near it before the change, and this share of the range.
-pub(super) fn harms(now: &[f64], near: &[f64], rounding: f64, allowed: f64) -> bool {
-    let harmed = now.iter().zip(near).filter(|(now, near)| **now > 2.0 * **near + rounding);
-    harmed.count() as f64 > allowed * now.len() as f64
+/// The points that become wrong and were right: their error exceeds twice the largest one near it before the
+/// change, and this share of the range.
+pub(super) fn harmed(now: &[f64], near: &[f64], rounding: f64) -> Vec<usize> {
+    let points = now.iter().zip(near).enumerate();
+    points.filter(|(_, (now, near))| **now > 2.0 * **near + rounding).map(|(at, _)| at).collect()
 }
 
 /// The error of each point in its worst output, as a share of the range; 1 if only one of the two values is a

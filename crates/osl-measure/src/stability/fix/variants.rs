@@ -7,18 +7,18 @@
 use super::super::examine::{Knob, NOTABLE};
 use super::super::subject::Subject;
 use super::super::sweep::{SAFE, Setting, range};
-use super::judge::{around, harms, worst_of};
+use super::judge::{around, harmed, worst_of};
 use super::{Build, Changed};
+use crate::sanitize::{Kind, events_at};
+use crate::trace::Trace;
+use osl_exec::PointSource;
+use osl_ir::Span;
 use osl_scene::Grid;
 use std::cell::OnceCell;
+use std::collections::BTreeSet;
 
-/// The share of the points that a change may harm at the value 0. Single points often divide by 0 there, and
-/// have no meaning before and after the change.
-const AT_ZERO: f64 = 0.05;
-
-/// A value next to 0. Where the original jumps on the way from it to 0, it divides by 0, and its result there
-/// has no meaning.
-const NEXT_TO_ZERO: &str = "1e-6";
+/// Harmed points at which the original is followed.
+const FOLLOWED: usize = 8;
 
 /// The original at one value of a parameter.
 struct Variant {
@@ -30,8 +30,6 @@ struct Variant {
     ranges: Vec<f64>,
     /// For each point the largest error near it.
     near: Vec<f64>,
-    /// The share of the points that a change may harm.
-    allowed: f64,
 }
 
 impl Variant {
@@ -42,13 +40,6 @@ impl Variant {
         let empty = strict.first().map_or(0, Vec::len);
         worst_of(varying, empty)
     }
-}
-
-/// Whether more points than a change may harm at 0 differ by more than a tenth of the range.
-fn jumps(at: &[Vec<f64>], next: &[Vec<f64>]) -> bool {
-    let planes = next.iter().zip(at).map(|(next, at)| (next, at, range(next)));
-    let apart = worst_of(planes, at.first().map_or(0, Vec::len));
-    apart.iter().filter(|apart| **apart > 0.1).count() as f64 > AT_ZERO * apart.len() as f64
 }
 
 /// The original at other values of its parameters. They are run when the first change is tested.
@@ -75,11 +66,12 @@ impl<'a> Variants<'a> {
     pub(super) fn harmed_by(&self, text: &str, build: &Build<'_>) -> Option<(String, String)> {
         let found = self.found.get_or_init(|| self.of_original(build));
         let harms = |variant: &&Variant| {
-            let Some(strict) = self.run(text, &variant.name, &variant.value, build, false) else {
+            let Some(strict) = self.run(text, (&variant.name, &variant.value), build, false) else {
                 return true;
             };
-            let now = variant.errors(&strict);
-            harms(&now, &variant.near, NOTABLE, variant.allowed)
+            let harmed = harmed(&variant.errors(&strict), &variant.near, NOTABLE);
+            harmed.len() as f64 > SAFE * self.grid.count() as f64
+                && !self.have_no_meaning(variant, &harmed, build)
         };
         let bad = found.iter().filter(|_| !self.subject.is_over()).find(harms)?;
         Some((bad.name.clone(), bad.value.clone()))
@@ -92,22 +84,16 @@ impl<'a> Variants<'a> {
                 if self.subject.is_over() {
                     break;
                 }
-                let run = |value: &str, exact| self.run(self.text, &knob.name, value, build, exact);
-                let (Some(strict), Some(truth)) = (run(value, false), run(value, true)) else { continue };
-                let is_zero = value.parse::<f64>().is_ok_and(|x| x == 0.0);
-                if is_zero && run(NEXT_TO_ZERO, true).is_none_or(|next| jumps(&truth, &next)) {
-                    continue;
-                }
+                let run = |exact| self.run(self.text, (&knob.name, value), build, exact);
+                let (Some(strict), Some(truth)) = (run(false), run(true)) else { continue };
                 let ranges: Vec<f64> = truth.iter().map(|plane| range(plane)).collect();
                 let varies = |plane: &Vec<f64>| plane.iter().any(|x| Some(x) != plane.first());
-                let allowed = if is_zero { AT_ZERO } else { SAFE };
                 let mut variant = Variant {
                     name: knob.name.clone(),
                     value: value.clone(),
                     truth: truth.into_iter().map(|plane| Some(plane).filter(varies)).collect(),
                     ranges,
                     near: Vec::new(),
-                    allowed,
                 };
                 variant.near = around(&variant.errors(&strict), self.grid.width, self.grid.height);
                 out.push(variant);
@@ -116,17 +102,35 @@ impl<'a> Variants<'a> {
         out
     }
 
+    /// Whether the original divides by 0 or leaves the domain of a function at most of the harmed points, and
+    /// does not do so there as given: its result is then arbitrary.
+    fn have_no_meaning(&self, variant: &Variant, harmed: &[usize], build: &Build<'_>) -> bool {
+        let events = |param| {
+            let built = build(&Changed { text: self.text, notes: true, param })?;
+            let base = self.subject.base.again(built.plain, built.noted?, self.subject.limits);
+            let points = Setting::AsGiven.points(self.grid);
+            let some = harmed.iter().step_by(harmed.len().div_ceil(FOLLOWED).max(1));
+            let width = self.grid.width.max(1);
+            let traces = some.map(|at| self.subject.follow(&base, &points, at % width, at / width));
+            let all = |trace: Option<Trace>| {
+                let found = events_at(&trace?, base.written, &built.sources).into_iter();
+                Some(found.filter(|(_, kind)| matches!(kind, Kind::Domain | Kind::ZeroDivision)).collect())
+            };
+            traces.map(all).collect::<Option<Vec<BTreeSet<(Span, Kind)>>>>()
+        };
+        let (Some(here), Some(given)) = (events(Some((&*variant.name, &*variant.value))), events(None))
+        else {
+            return false;
+        };
+        let arbitrary =
+            here.iter().zip(&given).filter(|(here, given)| here.difference(given).next().is_some());
+        4 * arbitrary.count() >= 3 * here.len()
+    }
+
     /// The values of a source with another value of a parameter, in strict arithmetic or double precision;
     /// `None` if the run stops.
-    fn run(
-        &self,
-        text: &str,
-        name: &str,
-        value: &str,
-        build: &Build<'_>,
-        exact: bool,
-    ) -> Option<Vec<Vec<f64>>> {
-        let built = build(&Changed { text, notes: false, param: Some((name, value)) })?;
+    fn run(&self, text: &str, param: (&str, &str), build: &Build<'_>, exact: bool) -> Option<Vec<Vec<f64>>> {
+        let built = build(&Changed { text, notes: false, param: Some(param) })?;
         let programs = self.subject.base.programs_of(built.plain, self.subject.limits);
         let program = if exact { &programs.exact } else { &programs.strict };
         let points = Setting::AsGiven.points(self.grid);

@@ -245,4 +245,18 @@ pub(super) const ROWS: &[Row] = &[
         write: "(1 + a) * (1 + a * a)",
         why: "numerator and denominator lose their digits near 1; the sum of the powers has no difference",
     },
+    Row {
+        name: "without overflow",
+        find: "0.5 * (a + b)",
+        with: &[],
+        write: "0.5 * a + 0.5 * b",
+        why: "the sum of two very large numbers leaves the range of a float; the sum of their halves does not",
+    },
+    Row {
+        name: "without overflow",
+        find: "(a + b) / 2",
+        with: &[],
+        write: "0.5 * a + 0.5 * b",
+        why: "the sum of two very large numbers leaves the range of a float; the sum of their halves does not",
+    },
 ];

@@ -157,4 +157,17 @@ pub(super) const ROWS: &[Row] = &[
         write: "abs(x) < 0.3 ? 2 * x * (1 + s * (0.16666667 + s * (0.008333334 + s * 0.0001984127))) : exp(x) - 1 / exp(x)",
         why: "two exponentials that are close lose their digits in the difference; the series is the difference itself",
     },
+    Row {
+        name: "series",
+        find: "pow(1 + x, b) - 1",
+        with: &[
+            ('r', "x"),
+            (
+                'y',
+                "b * (abs(r) < 0.1 ? r * (1 - r * (0.5 - r * (0.33333334 - r * (0.25 - r * (0.2 - r * 0.16666667))))) : log(1 + r))",
+            ),
+        ],
+        write: "abs(y) < 0.1 ? y * (1 + y * (0.5 + y * (0.16666667 + y * (0.041666668 + y * 0.008333334)))) : exp(y) - 1",
+        why: "1 plus a small number rounds it, and the power is rounded again before the difference; the series take the small numbers themselves",
+    },
 ];
