@@ -5,10 +5,12 @@
 //! clock. This module must not know how levels are found.
 
 use super::ground::Ground;
-use super::judge::{Errors, MOST, Output, Set, Variant};
-use super::search::{FootprintErrors, Search};
+use super::judge::{MOST, Output, Set, Variant};
+use super::known::FootprintErrors;
+use super::off::{Errors, Off};
+use super::search::Search;
 use super::write::BEGIN;
-use super::{Request, SHOWN, WrittenLevels, at};
+use super::{Request, SHOWN, WrittenLevels, why};
 use crate::sample::Pattern;
 use osl_exec::RunError;
 use osl_scene::Grid;
@@ -44,6 +46,8 @@ pub struct Report {
     pub soft_edges: usize,
     /// The levels, the nearest first; empty if nothing simpler holds.
     pub levels: Vec<Level>,
+    /// If nothing simpler holds: why, for each kind of level that was tried.
+    pub why: Vec<String>,
     /// Errors and times by footprint.
     pub rows: Vec<Row>,
     /// Number of changed sources that were tried.
@@ -87,9 +91,9 @@ pub struct Row {
     pub original: Errors,
     /// The errors of the written shader with one sample.
     pub written: Errors,
-    /// The number of samples with which the original has the same error over all outputs. The original was
-    /// measured with up to [`Row::most`] samples. An error up to the tolerance is equal to that of one sample
-    /// at least.
+    /// The number of samples with which the original has the same error in the output for which this is the
+    /// smallest number. The original was measured with up to [`Row::most`] samples. An error up to the
+    /// tolerance is equal to that of one sample at least, and counts only if all outputs have one.
     pub equal_samples: f64,
     /// The largest number of samples that was measured.
     pub most: u32,
@@ -108,7 +112,7 @@ pub struct Front {
     pub name: String,
     /// Its cost, in additions.
     pub cost: f64,
-    /// Its root mean square error over all outputs.
+    /// The root mean square error of its worst output.
     pub error: f64,
     /// Whether nothing else is as cheap and as close, or better.
     pub is_best: bool,
@@ -160,13 +164,17 @@ pub(super) fn report(
         noise_widths: Default::default(),
         soft_edges: 0,
         levels: Vec::new(),
+        why: Vec::new(),
         rows: Vec::new(),
         tried: search.tried,
         cut_short: false,
         text: None,
         pictures: Vec::new(),
     };
-    let Some(found) = found else { return report };
+    let Some(found) = found else {
+        report.why = why::sentences(&search.failed, &report);
+        return report;
+    };
     report.faded_noise = found.plan.inner.calls;
     report.noise_widths = found.plan.inner.fade.clone();
     report.soft_edges = found.plan.inner.edges;
@@ -184,8 +192,8 @@ fn rest(
 ) -> Result<(), RunError> {
     let alone = levels(search, found, report);
     for footprint in SHOWN {
-        if let Some(known) = at(search.held, footprint) {
-            report.rows.push(row(search, found, (known, &alone), report.width)?);
+        if let Some(sets) = search.known.sets.iter().find(|sets| sets.footprint() == footprint) {
+            report.rows.push(row(search, found, (&sets.held, &alone), report.width)?);
         }
     }
     for row in &mut report.rows {
@@ -209,9 +217,9 @@ fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -
     let mut alone = Vec::new();
     let mut taken = Vec::new();
     let plan = &found.plan;
-    let mut push = |replaces: Vec<String>, full: f64, cost: f64| {
+    let mut push = |replaces: Vec<String>, [begin, full]: [f64; 2], cost: f64| {
         let [error, original_error] = found.errors.get(report.levels.len()).copied().unwrap_or_default();
-        let widths = [report.width * full * BEGIN, report.width * full];
+        let widths = [report.width * full * begin, report.width * full];
         report.levels.push(Level { replaces, widths, footprint: full, cost, error, original_error });
     };
     if !plan.inner.is_empty() {
@@ -224,11 +232,15 @@ fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -
         let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text, false));
         let Some(built) = built else { continue };
         let variant = search.judge.variant(built.plain);
-        push(near.statements.iter().map(|own| own.name.clone()).collect(), near.full, variant.cost);
+        push(near.statements.iter().map(|own| own.name.clone()).collect(), [BEGIN, near.full], variant.cost);
         alone.push((format!("level {number}"), Alone::Program(Box::new(variant))));
     }
     if let Some(far) = &plan.far {
-        push(far.means.iter().map(|mean| mean.name.clone()).collect(), far.full, far.planes.len() as f64);
+        push(
+            far.means.iter().map(|mean| mean.name.clone()).collect(),
+            [far.begin, far.full],
+            far.planes.len() as f64,
+        );
         let number = plan.near.len() + 1;
         alone.push((format!("level {number}"), Alone::Constant(far.planes.clone())));
     }
@@ -244,33 +256,27 @@ fn row(
     let judge = search.judge;
     let footprint = known.truth.footprint;
     let most = MOST.min(2 * judge.samples());
-    let mut curve = Vec::new();
+    let mut curve: Vec<(f64, Off)> = Vec::new();
     let mut front = Vec::new();
     let mut samples = 1;
-    let mut first = None;
     while samples <= most {
         let off = judge.off(search.original, &known.truth, samples)?;
-        let square = off.all().mean.max(0.0);
-        curve.push((f64::from(samples), square));
         let name = if samples == 1 { "original".to_string() } else { format!("original, {samples} samples") };
         if samples.trailing_zeros() % 2 == 0 {
             let cost = search.original.cost * f64::from(samples);
-            front.push(Front { name, cost, error: square.sqrt(), is_best: false });
+            front.push(Front { name, cost, error: off.errors().worst, is_best: false });
         }
-        first.get_or_insert(off);
+        curve.push((f64::from(samples), off));
         samples *= 2;
     }
     let written = judge.off(&found.written, &known.truth, 1)?;
-    let mut equal_samples = equal(&curve, written.all().mean.max(0.0));
-    if written.all().root() <= search.tolerance {
-        equal_samples = equal_samples.max(1.0);
-    }
+    let equal_samples = equal(&curve, &written, search.known.tolerance);
     for (name, way) in alone {
         let (off, cost) = match way {
             Alone::Program(variant) => (judge.off(variant, &known.truth, 1)?, variant.cost),
             Alone::Constant(planes) => (search.constant(planes, known), planes.len() as f64),
         };
-        front.push(Front { name: name.clone(), cost, error: off.all().root(), is_best: false });
+        front.push(Front { name: name.clone(), cost, error: off.errors().worst, is_best: false });
     }
     let is_best = |own: &Front| {
         !front.iter().any(|other| {
@@ -281,7 +287,7 @@ fn row(
     };
     let best: Vec<bool> = front.iter().map(is_best).collect();
     front.iter_mut().zip(best).for_each(|(own, is)| own.is_best = is);
-    let original = first.as_ref().unwrap_or(&known.original).errors();
+    let original = curve.first().map_or(&known.original, |(_, off)| off).errors();
     Ok(Row {
         footprint,
         width: width * footprint,
@@ -295,9 +301,33 @@ fn row(
     })
 }
 
-/// The number of samples with which the original has a mean square error, from a curve of such errors. It is
-/// interpolated between measured numbers, and below one sample the error falls with their number.
-fn equal(curve: &[(f64, f64)], square: f64) -> f64 {
+/// The number of samples with which the original has the same error, in the output for which this is the
+/// smallest number. An output within the tolerance is as good as with one sample, and counts only if there is
+/// no other.
+fn equal(curve: &[(f64, Off)], written: &Off, tolerance: f64) -> f64 {
+    let mut smallest: Option<f64> = None;
+    let outputs = written.squares.len();
+    let square = |off: &Off, output: usize| off.output(output).mean.max(0.0);
+    let is_within = |off: &Off, output: usize| square(off, output).sqrt() <= tolerance;
+    for output in 0..outputs {
+        let of = |(samples, off): &(f64, Off)| (*samples, square(off, output));
+        let own: Vec<(f64, f64)> = curve.iter().map(of).collect();
+        let mut samples = equal_of(&own, square(written, output));
+        if is_within(written, output) {
+            samples = samples.max(1.0);
+            if curve.first().is_some_and(|(_, off)| is_within(off, output)) {
+                continue;
+            }
+        }
+        smallest = Some(smallest.map_or(samples, |least| least.min(samples)));
+    }
+    smallest.unwrap_or(1.0)
+}
+
+/// The number of samples with which an output of the original has a mean square error, from a curve of such
+/// errors. It is interpolated between measured numbers, and below one sample the error falls with their
+/// number.
+fn equal_of(curve: &[(f64, f64)], square: f64) -> f64 {
     let Some((_, first)) = curve.first().copied() else { return 1.0 };
     if square >= first {
         // Equal errors, and both 0, are one sample.
@@ -384,11 +414,26 @@ mod tests {
     #[test]
     fn equal_numbers_of_samples_are_interpolated() {
         let curve = [(1.0, 0.4), (2.0, 0.2), (4.0, 0.1)];
-        assert_eq!(equal(&curve, 0.4), 1.0);
-        assert_eq!(equal(&curve, 0.8), 0.5);
-        assert!((equal(&curve, 0.3) - 1.5).abs() < 1e-9);
-        assert!((equal(&curve, 0.15) - 3.0).abs() < 1e-9);
-        assert_eq!(equal(&curve, 0.0), 4.0);
-        assert_eq!(equal(&[(1.0, 0.0)], 0.0), 1.0);
+        assert_eq!(equal_of(&curve, 0.4), 1.0);
+        assert_eq!(equal_of(&curve, 0.8), 0.5);
+        assert!((equal_of(&curve, 0.3) - 1.5).abs() < 1e-9);
+        assert!((equal_of(&curve, 0.15) - 3.0).abs() < 1e-9);
+        assert_eq!(equal_of(&curve, 0.0), 4.0);
+        assert_eq!(equal_of(&[(1.0, 0.0)], 0.0), 1.0);
+    }
+
+    #[test]
+    fn the_output_that_needs_the_fewest_samples_counts() {
+        let off = |errors: [f64; 3]| Off {
+            squares: errors.iter().map(|x| vec![x * x; 4]).collect(),
+            own: vec![0.0; 3],
+            ..Off::default()
+        };
+        let curve = [(1.0, off([0.4, 0.2, 0.0])), (4.0, off([0.2, 0.1, 0.0])), (16.0, off([0.1, 0.05, 0.0]))];
+        assert!((equal(&curve, &off([0.1, 0.1, 0.0]), 0.01) - 4.0).abs() < 1e-9);
+        assert_eq!(equal(&curve, &off([0.1, 0.2, 0.0]), 0.01), 1.0);
+        assert_eq!(equal(&curve, &off([0.0, 0.0, 0.0]), 0.01), 16.0);
+        let exact = [(1.0, off([0.0; 3]))];
+        assert_eq!(equal(&exact, &off([0.005; 3]), 0.01), 1.0);
     }
 }
