@@ -132,8 +132,11 @@ pub struct Picture {
     pub images: [Vec<Vec<f32>>; 3],
 }
 
-/// Columns and rows of an image that is timed.
-const TIMED: usize = 128;
+/// Columns and rows of an image that is timed: at least and at most. The start of a run takes as long as many
+/// points of a small shader.
+const TIMED: (f64, f64) = (128.0, 512.0);
+/// The work of an image that is timed, in additions, if its size allows it.
+const IMAGE: f64 = 4e7;
 /// How often each program is timed: at least and at most, and the work of all turns, in additions.
 const TURNS: (f64, f64) = (5.0, 60.0);
 const WORK: f64 = 1e9;
@@ -346,20 +349,22 @@ fn equal_of(curve: &[(f64, f64)], square: f64) -> f64 {
 /// The smallest times of a sample at a footprint, measured in turns: other work on the machine only adds.
 fn time(search: &Search<'_, '_>, found: &WrittenLevels, footprint: f64) -> Result<[f64; 2], RunError> {
     let judge = search.judge;
-    let grid = enlarged(judge.grid, TIMED);
+    let work = search.original.work().max(1.0);
+    let size = (IMAGE / work).sqrt().clamp(TIMED.0, TIMED.1) as usize;
+    let grid = enlarged(judge.grid, size);
     // Without random directions, which would take longer than many shaders.
     let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed);
     let pattern = Pattern::new(1, judge.seed);
     let mut times = [Vec::new(), Vec::new()];
-    let turns = WORK / ((TIMED * TIMED) as f64 * search.original.work().max(1.0));
+    let turns = WORK / ((size * size) as f64 * work);
     for turn in 0..=turns.clamp(TURNS.0, TURNS.1) as usize {
         for (list, variant) in times.iter_mut().zip([search.original, &found.written]) {
             let shading = judge.shading(variant, &ground, &pattern);
             let started = Instant::now();
-            shading.rows(0..TIMED, 1)?;
+            shading.rows(0..size, 1)?;
             // The first turn loads textures.
             if turn > 0 {
-                list.push(1e9 * started.elapsed().as_secs_f64() / (TIMED * TIMED) as f64);
+                list.push(1e9 * started.elapsed().as_secs_f64() / (size * size) as f64);
             }
         }
     }
