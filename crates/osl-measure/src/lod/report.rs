@@ -7,12 +7,12 @@
 use super::ground::Ground;
 use super::judge::{MOST, Output, Set, Variant};
 use super::known::FootprintErrors;
-use super::off::{Errors, Off};
+use super::off::Errors;
 use super::search::Search;
 use super::write::BEGIN;
 use super::{Request, SHOWN, WrittenLevels, why};
 use crate::sample::Pattern;
-use osl_exec::RunError;
+use osl_exec::{PointSource, RunError};
 use osl_scene::Grid;
 use serde::Serialize;
 use std::time::Instant;
@@ -91,9 +91,9 @@ pub struct Row {
     pub original: Errors,
     /// The errors of the written shader with one sample.
     pub written: Errors,
-    /// The number of samples with which the original has the same error in the output for which this is the
-    /// smallest number. The original was measured with up to [`Row::most`] samples. An error up to the
-    /// tolerance is equal to that of one sample at least, and counts only if all outputs have one.
+    /// The number of samples with which the worst output of the original has the error of the worst output of
+    /// the written shader. The original was measured with up to [`Row::most`] samples. An error up to the
+    /// tolerance is equal to that of one sample at least.
     pub equal_samples: f64,
     /// The largest number of samples that was measured.
     pub most: u32,
@@ -259,7 +259,8 @@ fn row(
     let judge = search.judge;
     let footprint = known.truth.footprint;
     let most = MOST.min(2 * judge.samples());
-    let mut curve: Vec<(f64, Off)> = Vec::new();
+    let mut curve = Vec::new();
+    let mut first = None;
     let mut front = Vec::new();
     let mut samples = 1;
     while samples <= most {
@@ -269,11 +270,15 @@ fn row(
             let cost = search.original.cost * f64::from(samples);
             front.push(Front { name, cost, error: off.errors().worst, is_best: false });
         }
-        curve.push((f64::from(samples), off));
+        curve.push((f64::from(samples), off.errors().worst));
+        first.get_or_insert(off);
         samples *= 2;
     }
     let written = judge.off(&found.written, &known.truth, 1)?;
-    let equal_samples = equal(&curve, &written, search.known.tolerance);
+    let mut equal_samples = equal(&curve, written.errors().worst);
+    if written.errors().worst <= search.known.tolerance {
+        equal_samples = equal_samples.max(1.0);
+    }
     for (name, way) in alone {
         let (off, cost) = match way {
             Alone::Program(variant) => (judge.off(variant, &known.truth, 1)?, variant.cost),
@@ -290,7 +295,7 @@ fn row(
     };
     let best: Vec<bool> = front.iter().map(is_best).collect();
     front.iter_mut().zip(best).for_each(|(own, is)| own.is_best = is);
-    let original = curve.first().map_or(&known.original, |(_, off)| off).errors();
+    let original = first.as_ref().unwrap_or(&known.original).errors();
     Ok(Row {
         footprint,
         width: width * footprint,
@@ -304,41 +309,20 @@ fn row(
     })
 }
 
-/// The number of samples with which the original has the same error, in the output for which this is the
-/// smallest number. An output within the tolerance is as good as with one sample, and counts only if there is
-/// no other.
-fn equal(curve: &[(f64, Off)], written: &Off, tolerance: f64) -> f64 {
-    let mut smallest: Option<f64> = None;
-    let outputs = written.squares.len();
-    let square = |off: &Off, output: usize| off.output(output).mean.max(0.0);
-    let is_within = |off: &Off, output: usize| square(off, output).sqrt() <= tolerance;
-    for output in 0..outputs {
-        let of = |(samples, off): &(f64, Off)| (*samples, square(off, output));
-        let own: Vec<(f64, f64)> = curve.iter().map(of).collect();
-        let mut samples = equal_of(&own, square(written, output));
-        if is_within(written, output) {
-            samples = samples.max(1.0);
-            if curve.first().is_some_and(|(_, off)| is_within(off, output)) {
-                continue;
-            }
-        }
-        smallest = Some(smallest.map_or(samples, |least| least.min(samples)));
-    }
-    smallest.unwrap_or(1.0)
-}
-
-/// The number of samples with which an output of the original has a mean square error, from a curve of such
-/// errors. It is interpolated between measured numbers, and below one sample the error falls with their
+/// The number of samples with which the worst output of the original has the same error, from a curve of such
+/// errors. Their squares are interpolated between measured numbers, and below one sample they fall with their
 /// number.
-fn equal_of(curve: &[(f64, f64)], square: f64) -> f64 {
-    let Some((_, first)) = curve.first().copied() else { return 1.0 };
+fn equal(curve: &[(f64, f64)], error: f64) -> f64 {
+    let square = error * error;
+    let Some((_, first)) = curve.first().map(|(samples, error)| (samples, error * error)) else { return 1.0 };
     if square >= first {
         // Equal errors, and both 0, are one sample.
         return if square > 0.0 { first / square } else { 1.0 };
     }
     for pair in curve.windows(2) {
         let [(few, high), (many, low)] = pair else { continue };
-        if square >= *low && high > low {
+        let (high, low) = (high * high, low * low);
+        if square >= low && high > low {
             let share = (high - square) / (high - low);
             return few + share * (many - few);
         }
@@ -352,16 +336,15 @@ fn time(search: &Search<'_, '_>, found: &WrittenLevels, footprint: f64) -> Resul
     let work = search.original.work().max(1.0);
     let size = (IMAGE / work).sqrt().clamp(TIMED.0, TIMED.1) as usize;
     let grid = enlarged(judge.grid, size);
-    // Without random directions, which would take longer than many shaders.
+    // A run with one sample computes a grid. Random directions would take longer than many shaders.
     let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed);
-    let pattern = Pattern::new(1, judge.seed);
+    let source: &dyn PointSource = if judge.turned.is_empty() { &ground.grid } else { &ground };
     let mut times = [Vec::new(), Vec::new()];
     let turns = WORK / ((size * size) as f64 * work);
     for turn in 0..=turns.clamp(TURNS.0, TURNS.1) as usize {
         for (list, variant) in times.iter_mut().zip([search.original, &found.written]) {
-            let shading = judge.shading(variant, &ground, &pattern);
             let started = Instant::now();
-            shading.rows(0..size, 1)?;
+            osl_exec::run(&variant.compiled.program, judge.services, source, judge.options, &|_| ())?;
             // The first turn loads textures.
             if turn > 0 {
                 list.push(1e9 * started.elapsed().as_secs_f64() / (size * size) as f64);
@@ -418,27 +401,12 @@ mod tests {
 
     #[test]
     fn equal_numbers_of_samples_are_interpolated() {
-        let curve = [(1.0, 0.4), (2.0, 0.2), (4.0, 0.1)];
-        assert_eq!(equal_of(&curve, 0.4), 1.0);
-        assert_eq!(equal_of(&curve, 0.8), 0.5);
-        assert!((equal_of(&curve, 0.3) - 1.5).abs() < 1e-9);
-        assert!((equal_of(&curve, 0.15) - 3.0).abs() < 1e-9);
-        assert_eq!(equal_of(&curve, 0.0), 4.0);
-        assert_eq!(equal_of(&[(1.0, 0.0)], 0.0), 1.0);
-    }
-
-    #[test]
-    fn the_output_that_needs_the_fewest_samples_counts() {
-        let off = |errors: [f64; 3]| Off {
-            squares: errors.iter().map(|x| vec![x * x; 4]).collect(),
-            own: vec![0.0; 3],
-            ..Off::default()
-        };
-        let curve = [(1.0, off([0.4, 0.2, 0.0])), (4.0, off([0.2, 0.1, 0.0])), (16.0, off([0.1, 0.05, 0.0]))];
-        assert!((equal(&curve, &off([0.1, 0.1, 0.0]), 0.01) - 4.0).abs() < 1e-9);
-        assert_eq!(equal(&curve, &off([0.1, 0.2, 0.0]), 0.01), 1.0);
-        assert_eq!(equal(&curve, &off([0.0, 0.0, 0.0]), 0.01), 16.0);
-        let exact = [(1.0, off([0.0; 3]))];
-        assert_eq!(equal(&exact, &off([0.005; 3]), 0.01), 1.0);
+        let curve = [(1.0, 0.4), (2.0, 0.2), (4.0, 0.1)]
+            .map(|(samples, square): (f64, f64)| (samples, square.sqrt()));
+        let of = |square: f64| equal(&curve, square.sqrt());
+        assert!((of(0.4) - 1.0).abs() < 1e-9 && (of(0.8) - 0.5).abs() < 1e-9);
+        assert!((of(0.3) - 1.5).abs() < 1e-9 && (of(0.15) - 3.0).abs() < 1e-9);
+        assert_eq!(of(0.0), 4.0);
+        assert_eq!(equal(&[(1.0, 0.0)], 0.0), 1.0);
     }
 }

@@ -69,9 +69,8 @@ pub fn text(report: &Report) -> String {
     }
     let _ = writeln!(
         out,
-        "\nEqual samples: the number with which the original has the same error in an output, the smallest over the outputs\n\
-         ({most}: so many or more). Times cheaper: the time of so many samples of the original, divided by the time of one\n\
-         sample with levels."
+        "\nEqual samples: the number with which the worst output of the original has the same error ({most}: so many or \
+         more).\nTimes cheaper: the time of so many samples of the original, divided by the time of one sample with levels."
     );
     if report.cut_short {
         let _ = writeln!(out, "\nThe time was over (--budget) before everything was measured.");
