@@ -288,6 +288,20 @@ fn what_no_mean_can_stand_for_is_refused_or_has_no_level() {
 }
 
 #[test]
+fn a_mean_over_directions_must_be_right_for_the_direction_of_a_run() {
+    // Seen from the front, the pattern is 1 in half of the places; seen from the side, it is darker.
+    let text = "\
+shader s(output float rim = 0, output float r = 0)
+{
+    rim = pow(1 - abs(dot(normalize(I), N)), 2);
+    r = rim * (sin(50 * P[0]) * sin(50 * P[1]) > 0 ? 1 : 0);
+}
+";
+    let report = find(text);
+    assert!(report.levels.is_empty(), "{:?}", report.levels);
+}
+
+#[test]
 fn a_shader_that_returns_gets_a_switch() {
     let text = "\
 shader dots(float size = 0.3, output float r = 0)

@@ -170,8 +170,10 @@ impl<'a> Judge<'a> {
         Variant { compiled, cost, lookups }
     }
 
+    /// The points of a set. Levels are made for all surfaces and views, and must hold for those of a run.
     pub(super) fn ground(&self, footprint: f64, set: Set) -> Ground {
-        Ground::new(self.grid, footprint, set.place(self.seed).0, &self.turned, self.seed)
+        let ground = Ground::new(self.grid, footprint, set.place(self.seed).0, &self.turned, self.seed);
+        if set == Set::Fitted { ground } else { ground.still() }
     }
 
     pub(super) fn shading<'s>(

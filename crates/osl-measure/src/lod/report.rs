@@ -337,7 +337,7 @@ fn time(search: &Search<'_, '_>, found: &WrittenLevels, footprint: f64) -> Resul
     let size = (IMAGE / work).sqrt().clamp(TIMED.0, TIMED.1) as usize;
     let grid = enlarged(judge.grid, size);
     // A run with one sample computes a grid. Random directions would take longer than many shaders.
-    let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed);
+    let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed).still();
     let source: &dyn PointSource = if judge.turned.is_empty() { &ground.grid } else { &ground };
     let mut times = [Vec::new(), Vec::new()];
     let turns = WORK / ((size * size) as f64 * work);
@@ -370,7 +370,7 @@ fn pictures(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report)
     for footprint in SHOWN {
         let place = judge.ground(footprint, Set::HeldOut);
         let ground = Ground::new(&grid, footprint, 0.0, &judge.turned, judge.seed);
-        let ground = ground.moved_to(&place);
+        let ground = ground.moved_to(&place).still();
         let pattern = Pattern::new(MANY, judge.seed);
         let image = |variant: &Variant, samples: u32| -> Result<Vec<Vec<f32>>, RunError> {
             let shading = judge.shading(variant, &ground, &pattern);
