@@ -104,6 +104,24 @@ fn compiled(text: &str, params: &[(String, String)]) -> Compiled {
     stages::finish(stages::lower(&program, params).unwrap(), &options)
 }
 
+/// The mean of an output over an image: of the pixels, each with so many samples.
+fn mean(program: &Compiled, grid: &Grid, output: usize, samples: u32) -> f64 {
+    let (services, options) = (Services::default(), RunOptions::default());
+    let shading = Shading {
+        program: &program.program,
+        services: &services,
+        surface: grid,
+        options: &options,
+        cheaper: None,
+        guard: None,
+        pattern: Pattern::new(samples, 5),
+        filter: Filter::default(),
+    };
+    let image = shading.rows(0..grid.height, samples).unwrap();
+    let values = image.frame.planes[output].floats();
+    values.iter().map(|x| f64::from(*x)).sum::<f64>() / values.len() as f64
+}
+
 fn at(footprint: f32, offset: f32) -> Grid {
     Grid { scale: [footprint; 2], offset: [offset; 2], ..grid() }
 }
@@ -270,6 +288,20 @@ fn what_no_mean_can_stand_for_is_refused_or_has_no_level() {
 }
 
 #[test]
+fn a_mean_over_directions_must_be_right_for_the_direction_of_a_run() {
+    // Seen from the front, the pattern is 1 in half of the places; seen from the side, it is darker.
+    let text = "\
+shader s(output float rim = 0, output float r = 0)
+{
+    rim = pow(1 - abs(dot(normalize(I), N)), 2);
+    r = rim * (sin(50 * P[0]) * sin(50 * P[1]) > 0 ? 1 : 0);
+}
+";
+    let report = find(text);
+    assert!(report.levels.is_empty(), "{:?}", report.levels);
+}
+
+#[test]
 fn a_shader_that_returns_gets_a_switch() {
     let text = "\
 shader dots(float size = 0.3, output float r = 0)
@@ -284,6 +316,116 @@ shader dots(float size = 0.3, output float r = 0)
     insta::assert_snapshot!(found);
     let (original, written) = (compiled(text, &[]), compiled(&found, &[]));
     assert_eq!(planes(&original, &at(1.0, 0.3)), planes(&written, &at(1.0, 0.3)));
+}
+
+/// A mask by a threshold of noise. The mean of the noise is on one side of the threshold everywhere, so that
+/// noise that is replaced by its mean makes the mask constant.
+const THRESHOLD: &str = "\
+shader threshold(output float mask = 0, output float id = 0)
+{
+    float n = noise(P * 60);
+    if (n > 0.6) mask = 1; else mask = 0;
+    id = floor(u * 60);
+}
+";
+
+#[test]
+fn no_level_shifts_the_mean_of_the_picture() {
+    let alone = THRESHOLD.replace(", output float id = 0", "").replace("id = floor(u * 60);", "");
+    for text in [THRESHOLD, &alone] {
+        let report = find(text);
+        let Some(written) = report.text else {
+            assert!(report.why.iter().any(|why| why.contains("mean of `mask`")), "{:?}", report.why);
+            continue;
+        };
+        let (original, written) = (compiled(text, &[]), compiled(&written, &[]));
+        for footprint in [4.0, 16.0, 64.0, 256.0] {
+            let grid = at(footprint, 40.0);
+            let (wanted, got) = (mean(&original, &grid, 0, 16), mean(&written, &grid, 0, 1));
+            assert!((wanted - got).abs() < 0.02, "{footprint}: {got} instead of {wanted}");
+        }
+    }
+    // Without the number of a cell, which has no mean, the mask itself becomes its mean.
+    let far = find(&alone).levels.pop().unwrap();
+    assert_eq!(far.replaces, ["mask"]);
+}
+
+#[test]
+fn one_sample_lies_at_the_centre_as_in_a_run() {
+    // The centre of a pixel has the mean of a ramp, a random place in it has not.
+    let report =
+        find("shader s(output float ramp = 0, output float r = 0) { ramp = u; r = noise(P * 100); }");
+    assert!(!report.rows.is_empty());
+    for row in &report.rows {
+        assert!(row.original.outputs[0] < 1e-3, "{row:?}");
+        assert_eq!(row.original.worst, row.original.outputs[1]);
+    }
+}
+
+#[test]
+fn a_pattern_that_is_right_up_to_the_largest_footprint_is_measured_where_it_is_right() {
+    // From 2^24 / 4096 on, no float lies within a cell.
+    let report = find("shader s(output float r = 0) { r = mod(u * 4096, 1) < 0.5 ? 1 : 0; }");
+    let far = report.levels.last().unwrap_or_else(|| panic!("{:?}", report.why));
+    assert_eq!(far.replaces, ["r"]);
+}
+
+#[test]
+fn a_single_object_is_not_erased() {
+    let object = "\
+shader s(output float r = 0, output color c = 0)
+{
+    float d = hypot(u - 0.5, v - 0.5);
+    r = d < 0.3 ? 1 : 0;
+    if (d < 0.3) c = noise(P * 200);
+}
+";
+    let report = find(object);
+    assert!(report.levels.is_empty() && report.text.is_none(), "{:?}", report.levels);
+    assert!(
+        report.why.iter().any(|why| why.contains("does not look the same everywhere")),
+        "{:?}",
+        report.why
+    );
+}
+
+#[test]
+fn the_report_says_why_there_is_no_level() {
+    let why = |text: &str| find(text).why.join("\n");
+    let named = "shader s(output float r = 0, output matrix m = 1) { r = u; m = matrix(u); }";
+    assert!(why(named).contains("`m` is no number and no triple"), "{}", why(named));
+    let cheap = why("shader s(output float r = 0) { r = u; }");
+    assert!(cheap.contains("costs no more than the test of how large a pixel is"), "{cheap}");
+    let ramp = why("shader s(output float r = 0) { r = u; r += 0.1 * sin(u) * cos(v) * exp(-v); }");
+    assert!(ramp.contains("by their means: `r` has a larger error at footprint 256"), "{ramp}");
+    assert!(ramp.contains("no statement outside of loops"), "{ramp}");
+}
+
+#[test]
+fn with_other_parameters_only_faded_noise_remains_and_the_comment_says_so() {
+    let text = find(STONES).text.unwrap();
+    let words = text.replace("    // ", "").replace('\n', " ");
+    assert_eq!(words.contains("with others, only noise fades"), text.contains("faded_noise("), "{text}");
+}
+
+#[test]
+fn a_pixel_that_is_large_along_one_axis_runs_the_original() {
+    let text = "shader s(output float r = 0) { r = mod(u * 20, 1) < 0.5 && mod(v * 20, 1) < 0.3 ? 1 : 0; }";
+    let report = find(text);
+    let (original, written) = (compiled(text, &[]), compiled(report.text.as_deref().unwrap(), &[]));
+    for scale in [[64.0, 1.0], [1.0, 64.0]] {
+        let grid = Grid { scale, ..grid() };
+        assert_eq!(planes(&original, &grid), planes(&written, &grid));
+    }
+    assert_ne!(planes(&original, &at(64.0, 0.0)), planes(&written, &at(64.0, 0.0)));
+}
+
+#[test]
+fn line_breaks_are_those_of_the_source() {
+    let text = STONES.replace('\n', "\r\n");
+    let written = find(&text).text.unwrap();
+    assert_eq!(written.matches('\n').count(), written.matches("\r\n").count());
+    assert_eq!(find(STONES).text.unwrap(), written.replace("\r\n", "\n"));
 }
 
 #[test]

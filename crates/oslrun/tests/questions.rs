@@ -185,7 +185,7 @@ const QUESTIONS: [Question; 15] = [
                 width is that of a pixel in `P`; a pattern of 12 cells has a cell every 0.083. From a width of 0.0315 on the grain \
                 is its mean, and from 0.126 on everything is. Both errors are against many samples of the original, at points \
                 that were not used to find the levels. Below the first width the original runs, with the same bits. The written \
-                shader uses `filterwidth` only, so it works in every renderer. `--html levels.html` shows both side by side.",
+                shader uses derivatives only, so it works in every renderer. `--html levels.html` shows both side by side.",
     },
 ];
 

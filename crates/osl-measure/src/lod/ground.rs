@@ -11,12 +11,14 @@ use osl_ir::ir::Axis;
 use osl_scene::Grid;
 use pxfm::{f_cosf, f_sinf};
 
-/// Pixels of a grid, each seen from a direction of its own.
+/// Pixels of a grid, each seen from a direction of its own or all as in a run.
 #[derive(Clone, Debug)]
 pub(super) struct Ground {
     pub(super) grid: Grid,
     varying: Vec<Global>,
     seed: u32,
+    /// Whether all pixels have the surface and the view of a run.
+    is_still: bool,
 }
 
 /// The times are from 0 to this, in seconds.
@@ -33,7 +35,12 @@ impl Ground {
             *offset += (own * f64::from(scale.get(axis).copied().unwrap_or(1.0))) as f32;
         }
         let varying = grid.varying().iter().chain(turned).copied().collect();
-        Ground { grid: Grid { scale, offset, ..grid.clone() }, varying, seed }
+        Ground { grid: Grid { scale, offset, ..grid.clone() }, varying, seed, is_still: false }
+    }
+
+    /// The same with the surface and the view that a run has.
+    pub(super) fn still(self) -> Ground {
+        Ground { is_still: true, ..self }
     }
 
     /// The same pixels at the origin of another ground.
@@ -61,6 +68,9 @@ impl Ground {
 
     /// The value of a global that depends on the surface or the view.
     fn turned(&self, global: Global, pixel: u32) -> [f32; 3] {
+        if self.is_still {
+            return self.grid.uniform(global);
+        }
         let normal = self.direction(pixel, 0);
         match global {
             Global::N | Global::Ng => normal,
@@ -184,6 +194,8 @@ mod tests {
             assert!(dot(n, i) <= 0.0 && dot(n, u).abs() < 1e-5 && dot(n, v).abs() < 1e-5);
             assert!(dot(cross(u, v), n) > 0.999);
         }
+        let still = ground.clone().still();
+        assert_eq!(still.turned(Global::N, 5), ground.grid.uniform(Global::N));
     }
 
     #[test]

@@ -21,7 +21,9 @@ pub fn html(report: &Report, encode: Encode<'_>) -> String {
         let _ = write!(page, "<h2>Footprint {}</h2>", row.footprint);
         let own = report.pictures.iter().filter(|picture| picture.footprint == row.footprint);
         own.for_each(|picture| side_by_side(picture, encode, &mut page));
-        page.push_str("<table><tr><th>way</th><th>cost in additions</th><th>error of range</th></tr>");
+        page.push_str(
+            "<table><tr><th>way</th><th>cost in additions</th><th>error of the worst output</th></tr>",
+        );
         for way in &row.front {
             let _ = write!(
                 page,

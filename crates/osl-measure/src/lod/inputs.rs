@@ -101,7 +101,9 @@ impl Inputs {
             if let Some((_, values)) = is_given(&var.name) {
                 guards.extend(given_guard(&var.name, var.ty, values)?);
             } else if let Some(globals) = globals_of(program, &param.init) {
-                if var.ty.is_triple() && globals.iter().any(|global| known.contains(global)) {
+                // A point that is made of u alone has no size along the other axis.
+                let has = |global: Global| globals.contains(&global);
+                if var.ty.is_triple() && (has(Global::P) || has(Global::U) && has(Global::V)) {
                     points.push(var.name.to_string());
                 }
             } else {

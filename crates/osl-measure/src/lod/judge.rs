@@ -1,12 +1,12 @@
 //! The errors of levels: reference values of pixels at each footprint, and how far a program is from them.
 //!
 //! There are two sets of points, at other positions and with other samples: levels are made and chosen on
-//! the first, and the second only judges them. A level counts as good if its mean square error is, with
-//! twice its standard error, not larger than that of the original, or below the tolerance. This module must
-//! not know what a level is made of.
+//! the first, and the second only judges them. A third set is the given image itself. This module must not
+//! know what a level is made of.
 
 use super::ground::Ground;
-use crate::sample::{Filter, Oracle, Pattern, Shading, oracle, reaches};
+use super::off::{BLOCKS, Off, Square, shift};
+use crate::sample::{Filter, Oracle, Pattern, Shading, oracle, reaches, some_pixels};
 use crate::stability::cost::cost;
 use osl::stages::{self, Compiled};
 use osl_exec::{PointSource, RunError, RunOptions, Services};
@@ -15,7 +15,6 @@ use osl_ir::ir::{Body, Inst, Kernel, Op};
 use osl_ir::passes;
 use osl_ir::types::Type;
 use osl_scene::Grid;
-use serde::Serialize;
 use std::ops::Range;
 
 /// The footprints that are measured: a pixel is so many times larger than in the given image.
@@ -30,6 +29,8 @@ const SAMPLES: (u32, u32) = (32, 128);
 const WORK: f64 = 4e9;
 /// What a lookup in a texture, or a value of Gabor noise, costs more than the cost model of the repairs says.
 const LOOKUP: f64 = 1500.0;
+/// How far the rounded mean of an int may be off, as a share of its range.
+const ROUNDING: f64 = 0.01;
 /// Largest number of samples of the original that a level is compared with.
 pub(super) const MOST: u32 = 64;
 
@@ -49,11 +50,13 @@ impl Variant {
     }
 }
 
-/// The set of points on which levels are made, and the one that judges them.
+/// The set of points on which levels are made, the one that judges them, and the pixels that show a part of
+/// the given image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Set {
     Fitted,
     HeldOut,
+    Home,
 }
 
 impl Set {
@@ -61,6 +64,7 @@ impl Set {
     fn place(self, seed: u32) -> (f64, u32, u32) {
         match self {
             Set::Fitted => (0.0, seed.wrapping_mul(7) ^ 0x10d5, seed ^ 0x0a11),
+            Set::Home => (0.0, seed.wrapping_mul(17) ^ 0x30fe, seed ^ 0x0c33),
             Set::HeldOut => (1.61, seed.wrapping_mul(13) ^ 0x6e1d, seed ^ 0x0b22),
         }
     }
@@ -94,92 +98,8 @@ pub(super) struct Truth {
     set: Set,
     ground: Ground,
     oracle: Oracle,
-}
-
-/// A mean square error with its standard error.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Square {
-    pub(super) mean: f64,
-    pub(super) uncertain: f64,
-}
-
-impl Square {
-    /// The largest root mean square that is likely: with two standard errors.
-    pub(super) fn limit(self) -> f64 {
-        (self.mean + 2.0 * self.uncertain).max(0.0).sqrt()
-    }
-
-    /// The root mean square.
-    pub(super) fn root(self) -> f64 {
-        self.mean.max(0.0).sqrt()
-    }
-
-    fn of(values: &[f64]) -> Square {
-        let count = values.len().max(2) as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (count - 1.0);
-        Square { mean, uncertain: (variance / count).sqrt() }
-    }
-}
-
-/// Squared errors: for each output, one for each pixel, as shares of the square of the output's range.
-#[derive(Clone, Debug)]
-pub(super) struct Off {
-    pub(super) squares: Vec<Vec<f64>>,
-    /// For each output, the mean square of the reference's own error.
-    own: Vec<f64>,
-}
-
-/// The root mean square error of each output and of all outputs together.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Errors {
-    /// Of each output, as a share of its range, with two standard errors.
-    pub outputs: Vec<f64>,
-    /// Of all outputs together.
-    pub all: f64,
-}
-
-impl Off {
-    /// The mean square error of an output.
-    pub(super) fn output(&self, at: usize) -> Square {
-        let square = self.squares.get(at).map_or(Square::default(), |list| Square::of(list));
-        Square { mean: square.mean - self.own.get(at).copied().unwrap_or(0.0), ..square }
-    }
-
-    /// The mean square error of all outputs.
-    pub(super) fn all(&self) -> Square {
-        let count = self.squares.len().max(1) as f64;
-        let pixels = self.squares.first().map_or(0, Vec::len);
-        let sum = |pixel: usize| self.squares.iter().filter_map(|list| list.get(pixel)).sum::<f64>() / count;
-        let square = Square::of(&(0..pixels).map(sum).collect::<Vec<f64>>());
-        Square { mean: square.mean - self.own.iter().sum::<f64>() / count, ..square }
-    }
-
-    pub(super) fn errors(&self) -> Errors {
-        Errors {
-            outputs: (0..self.squares.len()).map(|at| self.output(at).limit()).collect(),
-            all: self.all().root(),
-        }
-    }
-
-    /// Whether the mean square error of an output is at least a fifth smaller than another one, beyond doubt.
-    pub(super) fn is_better(&self, other: &Off) -> bool {
-        self.squares.iter().zip(&other.squares).any(|(own, other)| {
-            let less: Vec<f64> = own.iter().zip(other).map(|(own, other)| own - 0.8 * other).collect();
-            let less = Square::of(&less);
-            less.mean + 2.0 * less.uncertain < 0.0
-        })
-    }
-
-    /// Whether the error of each output is not larger than another one's, or below a tolerance, beyond the
-    /// doubt of two standard errors.
-    pub(super) fn is_good(&self, other: &Off, tolerance: f64) -> bool {
-        self.squares.iter().zip(&other.squares).enumerate().all(|(at, (own, other))| {
-            let more: Vec<f64> = own.iter().zip(other).map(|(a, b)| a - b).collect();
-            let more = Square::of(&more);
-            more.mean + 2.0 * more.uncertain <= 0.0 || self.output(at).limit() <= tolerance
-        })
-    }
+    /// The block of the picture in which each pixel lies.
+    blocks: Vec<usize>,
 }
 
 impl<'a> Judge<'a> {
@@ -250,8 +170,10 @@ impl<'a> Judge<'a> {
         Variant { compiled, cost, lookups }
     }
 
+    /// The points of a set. Levels are made for all surfaces and views, and must hold for those of a run.
     pub(super) fn ground(&self, footprint: f64, set: Set) -> Ground {
-        Ground::new(self.grid, footprint, set.place(self.seed).0 * footprint, &self.turned, self.seed)
+        let ground = Ground::new(self.grid, footprint, set.place(self.seed).0, &self.turned, self.seed);
+        if set == Set::Fitted { ground } else { ground.still() }
     }
 
     pub(super) fn shading<'s>(
@@ -275,11 +197,31 @@ impl<'a> Judge<'a> {
     /// The reference values of a footprint, from samples of the original.
     pub(super) fn truth(&self, original: &Variant, footprint: f64, set: Set) -> Result<Truth, RunError> {
         let ground = self.ground(footprint, set);
-        let (width, height) = (self.grid.width, self.grid.height);
-        let pixels = crate::sample::some_pixels(width * height, PIXELS, set.place(self.seed).1);
+        let (pixels, blocks) = self.pixels(footprint, set);
         let pattern = Pattern::new(1, self.seed);
         let oracle = oracle(&self.shading(original, &ground, &pattern), &pixels, self.samples)?;
-        Ok(Truth { footprint, set, ground, oracle })
+        Ok(Truth { footprint, set, ground, oracle, blocks })
+    }
+
+    /// The columns and rows of a set. The image at footprint 1 is in the first corner of the one at another
+    /// footprint.
+    fn shown(&self, footprint: f64, set: Set) -> [usize; 2] {
+        let shown = |n: usize| match set {
+            Set::Home => ((n as f64 / footprint).ceil() as usize + 1).min(n),
+            _ => n,
+        };
+        [self.grid.width, self.grid.height].map(|n| shown(n).max(1))
+    }
+
+    /// The pixels of a set, and the block of its picture in which each lies.
+    fn pixels(&self, footprint: f64, set: Set) -> (Vec<u32>, Vec<usize>) {
+        let [columns, rows] = self.shown(footprint, set);
+        let place = |at: u32| {
+            let (x, y) = (at as usize % columns, at as usize / columns);
+            let block = |at: usize, n: usize| (at * BLOCKS / n).min(BLOCKS - 1);
+            ((y * self.grid.width + x) as u32, block(y, rows) * BLOCKS + block(x, columns))
+        };
+        some_pixels(columns * rows, PIXELS, set.place(self.seed).1).into_iter().map(place).unzip()
     }
 
     /// The errors of a program with a number of samples.
@@ -287,8 +229,13 @@ impl<'a> Judge<'a> {
         Ok(self.compare(&self.values(variant, truth, samples)?, truth))
     }
 
-    /// The values of a program at the pixels of the reference.
+    /// The values of a program at the pixels of the reference, as a run computes them: one sample lies at the
+    /// centre of its pixel.
     fn values(&self, variant: &Variant, truth: &Truth, samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
+        if samples <= 1 {
+            let pattern = Pattern::new(1, self.seed);
+            return self.shading(variant, &truth.ground, &pattern).at_centres(&truth.oracle.pixels);
+        }
         let pattern = Pattern::new(samples, truth.set.place(self.seed).2);
         self.shading(variant, &truth.ground, &pattern).chosen(&truth.oracle.pixels, samples)
     }
@@ -296,10 +243,11 @@ impl<'a> Judge<'a> {
     /// The errors of planes of values.
     pub(super) fn compare(&self, values: &[Vec<f32>], truth: &Truth) -> Off {
         let pixels = truth.oracle.pixels.len();
-        let mut off = Off { squares: Vec::new(), own: Vec::new() };
+        let mut off = Off::default();
         for output in &self.outputs {
             let mut squares = vec![0.0; pixels];
             let mut own = 0.0;
+            let mut shifts: Vec<Square> = Vec::new();
             let share = 1.0 / (output.range * output.range * output.planes.len().max(1) as f64);
             for plane in output.planes.clone() {
                 let (Some(wanted), Some(doubt)) =
@@ -308,7 +256,8 @@ impl<'a> Judge<'a> {
                     continue;
                 };
                 let values = values.get(plane);
-                for (at, square) in squares.iter_mut().enumerate() {
+                let mut errors = vec![None; pixels];
+                for (at, (square, signed)) in squares.iter_mut().zip(&mut errors).enumerate() {
                     let wanted = wanted.get(at).copied().map_or(f64::NAN, f64::from);
                     let value = values.and_then(|list| list.get(at)).copied().map_or(f64::NAN, f64::from);
                     let doubt = doubt.get(at).copied().map_or(f64::NAN, f64::from);
@@ -316,11 +265,17 @@ impl<'a> Judge<'a> {
                         let error = if value.is_finite() { value - wanted } else { output.range };
                         *square += error * error * share;
                         own += doubt * doubt * share;
+                        *signed = Some(error / output.range);
                     }
                 }
+                shifts.push(shift(&errors, &truth.blocks));
             }
+            // The mean of an int is rounded.
+            let rounding = if output.ty == Type::INT { (0.5 / output.range).min(ROUNDING) } else { 0.0 };
+            off.rounding.push(rounding);
             off.squares.push(squares);
             off.own.push(own / pixels.max(1) as f64);
+            off.shifts.push(shifts);
         }
         off
     }

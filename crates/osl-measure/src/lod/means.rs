@@ -36,6 +36,8 @@ pub(super) struct Statement {
 
 /// Maximum number of statements that are tried.
 const MOST: usize = 60;
+/// Pixels of each footprint over which a mean is taken.
+const MEASURED: usize = 8192;
 /// Marks a value that was not computed.
 const NONE: f32 = -1.0e30;
 /// The footprints over which a mean is taken.
@@ -214,7 +216,7 @@ fn run(
     let pattern = Pattern::new(1, judge.seed);
     let shading = judge.shading(variant, ground, &pattern);
     let names = shading.planes().iter().map(|plane| plane.output.to_string()).collect();
-    let pixels = some_pixels(judge.grid.width * judge.grid.height, 2048, judge.seed);
+    let pixels = some_pixels(judge.grid.width * judge.grid.height, MEASURED, judge.seed);
     Ok((names, shading.chosen(&pixels, 1)?))
 }
 

@@ -2,9 +2,9 @@
 //! so much of the pattern that a sample of the original is a worse answer.
 //!
 //! `inputs` finds what the outputs depend on, `ground` makes points at larger footprints, `judge` measures
-//! errors there, `means`, `noise`, `edges` and `search` find the levels, and `write` writes the source. The
-//! levels are chosen on some points and judged on others. This module must not write files; [`text`] and
-//! [`html`] format a [`Report`].
+//! errors there, `off` and `known` test them, `means`, `noise`, `edges` and `search` find the levels, and
+//! `write` writes the source. The levels are chosen on some points and judged on others. This module must not
+//! write files; [`text`] and [`html`] format a [`Report`].
 
 mod edges;
 mod frame;
@@ -12,17 +12,20 @@ mod ground;
 mod html;
 mod inputs;
 mod judge;
+mod known;
 mod means;
 mod noise;
+mod off;
 mod report;
 mod search;
 mod text;
+mod why;
 mod words;
 mod write;
 
 pub use html::html;
 pub use inputs::GivenParam;
-pub use judge::Errors;
+pub use off::Errors;
 pub use report::{Front, Picture, Report, Row};
 pub use text::text;
 
@@ -30,12 +33,13 @@ use crate::stability::fix::Built;
 use crate::stability::fix::source::Source;
 use frame::Frame;
 use inputs::Inputs;
-use judge::{FOOTPRINTS, Judge, Off, Set, Variant};
+use judge::{FOOTPRINTS, Judge, Set, Variant};
+use known::Known;
 use osl_exec::{RunError, RunOptions, Services};
 use osl_hir::hir::Program;
 use osl_ir::ir::Body;
 use osl_scene::Grid;
-use search::{FootprintErrors, Search, known};
+use search::{Failed, Search};
 use write::{Plan, Said};
 
 /// Compiles a changed text of the main file, without notes; `None` if it has errors.
@@ -100,8 +104,7 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
         return Err(Stop::Refused("the shader has no outputs of numbers".to_string()));
     }
     let width = pixel_width(request, &source, &frame, &inputs, &judge)?;
-    let sets = |set| known(&judge, &original, &FOOTPRINTS, (set, request.samples));
-    let (fitted, held) = (sets(Set::Fitted)?, sets(Set::HeldOut)?);
+    let known = Known::of((&judge, &original), &FOOTPRINTS, (request.samples, request.tolerance))?;
     let mut search = Search {
         judge: &judge,
         source: &source,
@@ -110,18 +113,17 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
         original: &original,
         build: request.build,
         samples: request.samples,
-        tolerance: request.tolerance,
-        fitted: &fitted,
-        held: &held,
+        known: &known,
         width,
         tried: 0,
+        failed: Vec::new(),
     };
-    let far = search.far();
+    let far = search.far()?;
     let statements = means::statements(&source, &frame);
     let statements = means::measured(statements, &source, &frame, &judge, request.build)?;
     let inner = search.inner(far.as_ref())?;
     let near = search.near(&statements, (&inner, far.as_ref()))?;
-    let found = settle(request, &search, Plan { inner, near, far }, width)?;
+    let found = settle(request, &mut search, Plan { inner, near, far }, width)?;
     Ok(report::report(request, &search, found, width))
 }
 
@@ -137,7 +139,7 @@ pub(super) struct WrittenLevels {
 /// Writes the shader and checks it; levels that do not hold begin later or are dropped.
 fn settle(
     request: &Request<'_>,
-    search: &Search<'_, '_>,
+    search: &mut Search<'_, '_>,
     mut plan: Plan,
     width: f64,
 ) -> Result<Option<WrittenLevels>, Stop> {
@@ -148,23 +150,28 @@ fn settle(
             return Err(Stop::Refused("the written shader does not compile; this is a bug of oslrun".into()));
         };
         let written_now = search.judge.variant(built.plain);
-        match search.check(&written_now, &plan)? {
-            Ok(()) => {
-                let errors = stated(search, &written_now, &plan)?;
-                let text = written(request, search, &plan, (width, &errors))?;
-                return Ok(Some(WrittenLevels { plan, text, written: written_now, errors }));
-            }
-            Err(None) => plan.inner = write::Inner::default(),
-            Err(Some(level)) if level < plan.near.len() => {
-                plan.near.truncate(level);
-            }
-            Err(Some(_)) => {
-                let next = |full: f64| FOOTPRINTS.into_iter().find(|footprint| *footprint > full);
-                plan.far = plan.far.take().and_then(|far| Some(write::Far { full: next(far.full)?, ..far }));
-            }
+        let Err((level, fault)) = search.check(&written_now, &plan)? else {
+            let errors = stated(search, &written_now, &plan)?;
+            let text = written(request, search, &plan, (width, &errors))?;
+            return Ok(Some(WrittenLevels { plan, text, written: written_now, errors }));
+        };
+        search.failed.push(Failed::Written(fault));
+        match level {
+            None => plan.inner = write::Inner::default(),
+            Some(level) if level < plan.near.len() => plan.near.truncate(level),
+            Some(_) => plan.far = plan.far.take().and_then(|far| later(far, fault.footprint)),
         }
     }
     Ok(None)
+}
+
+/// The far level with a shorter fade, if the fade is to blame; else from the next footprint on.
+fn later(far: write::Far, blamed: f64) -> Option<write::Far> {
+    if blamed < far.full && far.begin < write::LATE {
+        return Some(write::Far { begin: write::LATE, ..far });
+    }
+    let full = FOOTPRINTS.into_iter().find(|footprint| *footprint > far.full)?;
+    Some(write::Far { full, begin: write::BEGIN, ..far })
 }
 
 /// The largest error of an output, with two standard errors, while each level is the last one; and that of
@@ -173,15 +180,16 @@ fn stated(search: &Search<'_, '_>, written: &Variant, plan: &Plan) -> Result<Vec
     let fulls: Vec<f64> =
         plan.near.iter().map(|near| near.full).chain(plan.far.iter().map(|far| far.full)).collect();
     let mut errors = vec![[0.0_f64; 2]; fulls.len()];
-    let worst = |off: &Off| off.errors().outputs.into_iter().fold(0.0, f64::max);
-    for known in search.held.iter().chain(search.fitted) {
-        let own = worst(&search.judge.off(written, &known.truth, search.samples)?);
-        let original = worst(&known.original);
-        for (at, error) in errors.iter_mut().enumerate() {
-            let next = fulls.get(at + 1).copied().unwrap_or(f64::INFINITY);
-            let from = fulls.get(at).copied().unwrap_or(0.0);
-            if known.truth.footprint >= from && known.truth.footprint < next {
-                *error = [error[0].max(own), error[1].max(original)];
+    for sets in &search.known.sets {
+        for known in [&sets.held, &sets.fitted] {
+            let own = search.judge.off(written, &known.truth, search.samples)?.limit();
+            let original = known.original.limit();
+            for (at, error) in errors.iter_mut().enumerate() {
+                let next = fulls.get(at + 1).copied().unwrap_or(f64::INFINITY);
+                let from = fulls.get(at).copied().unwrap_or(0.0);
+                if known.truth.footprint >= from && known.truth.footprint < next {
+                    *error = [error[0].max(own), error[1].max(original)];
+                }
             }
         }
     }
@@ -228,8 +236,3 @@ fn pixel_width(
 
 /// The measured footprints that a report shows.
 const SHOWN: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
-
-/// What is known of a footprint on the points that were held out.
-fn at(held: &[FootprintErrors], footprint: f64) -> Option<&FootprintErrors> {
-    held.iter().find(|known| known.truth.footprint == footprint)
-}

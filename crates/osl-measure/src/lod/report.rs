@@ -5,12 +5,14 @@
 //! clock. This module must not know how levels are found.
 
 use super::ground::Ground;
-use super::judge::{Errors, MOST, Output, Set, Variant};
-use super::search::{FootprintErrors, Search};
+use super::judge::{MOST, Output, Set, Variant};
+use super::known::FootprintErrors;
+use super::off::Errors;
+use super::search::Search;
 use super::write::BEGIN;
-use super::{Request, SHOWN, WrittenLevels, at};
+use super::{Request, SHOWN, WrittenLevels, why};
 use crate::sample::Pattern;
-use osl_exec::RunError;
+use osl_exec::{PointSource, RunError};
 use osl_scene::Grid;
 use serde::Serialize;
 use std::time::Instant;
@@ -44,6 +46,8 @@ pub struct Report {
     pub soft_edges: usize,
     /// The levels, the nearest first; empty if nothing simpler holds.
     pub levels: Vec<Level>,
+    /// If nothing simpler holds: why, for each kind of level that was tried.
+    pub why: Vec<String>,
     /// Errors and times by footprint.
     pub rows: Vec<Row>,
     /// Number of changed sources that were tried.
@@ -87,9 +91,9 @@ pub struct Row {
     pub original: Errors,
     /// The errors of the written shader with one sample.
     pub written: Errors,
-    /// The number of samples with which the original has the same error over all outputs. The original was
-    /// measured with up to [`Row::most`] samples. An error up to the tolerance is equal to that of one sample
-    /// at least.
+    /// The number of samples with which the worst output of the original has the error of the worst output of
+    /// the written shader. The original was measured with up to [`Row::most`] samples. An error up to the
+    /// tolerance is equal to that of one sample at least.
     pub equal_samples: f64,
     /// The largest number of samples that was measured.
     pub most: u32,
@@ -108,7 +112,7 @@ pub struct Front {
     pub name: String,
     /// Its cost, in additions.
     pub cost: f64,
-    /// Its root mean square error over all outputs.
+    /// The root mean square error of its worst output.
     pub error: f64,
     /// Whether nothing else is as cheap and as close, or better.
     pub is_best: bool,
@@ -128,8 +132,11 @@ pub struct Picture {
     pub images: [Vec<Vec<f32>>; 3],
 }
 
-/// Columns and rows of an image that is timed.
-const TIMED: usize = 128;
+/// Columns and rows of an image that is timed: at least and at most. The start of a run takes as long as many
+/// points of a small shader.
+const TIMED: (f64, f64) = (128.0, 512.0);
+/// The work of an image that is timed, in additions, if its size allows it.
+const IMAGE: f64 = 4e7;
 /// How often each program is timed: at least and at most, and the work of all turns, in additions.
 const TURNS: (f64, f64) = (5.0, 60.0);
 const WORK: f64 = 1e9;
@@ -160,13 +167,17 @@ pub(super) fn report(
         noise_widths: Default::default(),
         soft_edges: 0,
         levels: Vec::new(),
+        why: Vec::new(),
         rows: Vec::new(),
         tried: search.tried,
         cut_short: false,
         text: None,
         pictures: Vec::new(),
     };
-    let Some(found) = found else { return report };
+    let Some(found) = found else {
+        report.why = why::sentences(&search.failed, &report);
+        return report;
+    };
     report.faded_noise = found.plan.inner.calls;
     report.noise_widths = found.plan.inner.fade.clone();
     report.soft_edges = found.plan.inner.edges;
@@ -184,8 +195,8 @@ fn rest(
 ) -> Result<(), RunError> {
     let alone = levels(search, found, report);
     for footprint in SHOWN {
-        if let Some(known) = at(search.held, footprint) {
-            report.rows.push(row(search, found, (known, &alone), report.width)?);
+        if let Some(sets) = search.known.sets.iter().find(|sets| sets.footprint() == footprint) {
+            report.rows.push(row(search, found, (&sets.held, &alone), report.width)?);
         }
     }
     for row in &mut report.rows {
@@ -209,9 +220,9 @@ fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -
     let mut alone = Vec::new();
     let mut taken = Vec::new();
     let plan = &found.plan;
-    let mut push = |replaces: Vec<String>, full: f64, cost: f64| {
+    let mut push = |replaces: Vec<String>, [begin, full]: [f64; 2], cost: f64| {
         let [error, original_error] = found.errors.get(report.levels.len()).copied().unwrap_or_default();
-        let widths = [report.width * full * BEGIN, report.width * full];
+        let widths = [report.width * full * begin, report.width * full];
         report.levels.push(Level { replaces, widths, footprint: full, cost, error, original_error });
     };
     if !plan.inner.is_empty() {
@@ -224,11 +235,15 @@ fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -
         let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text));
         let Some(built) = built else { continue };
         let variant = search.judge.variant(built.plain);
-        push(near.statements.iter().map(|own| own.name.clone()).collect(), near.full, variant.cost);
+        push(near.statements.iter().map(|own| own.name.clone()).collect(), [BEGIN, near.full], variant.cost);
         alone.push((format!("level {number}"), Alone::Program(Box::new(variant))));
     }
     if let Some(far) = &plan.far {
-        push(far.means.iter().map(|mean| mean.name.clone()).collect(), far.full, far.planes.len() as f64);
+        push(
+            far.means.iter().map(|mean| mean.name.clone()).collect(),
+            [far.begin, far.full],
+            far.planes.len() as f64,
+        );
         let number = plan.near.len() + 1;
         alone.push((format!("level {number}"), Alone::Constant(far.planes.clone())));
     }
@@ -245,24 +260,23 @@ fn row(
     let footprint = known.truth.footprint;
     let most = MOST.min(2 * judge.samples());
     let mut curve = Vec::new();
+    let mut first = None;
     let mut front = Vec::new();
     let mut samples = 1;
-    let mut first = None;
     while samples <= most {
         let off = judge.off(search.original, &known.truth, samples)?;
-        let square = off.all().mean.max(0.0);
-        curve.push((f64::from(samples), square));
         let name = if samples == 1 { "original".to_string() } else { format!("original, {samples} samples") };
         if samples.trailing_zeros() % 2 == 0 {
             let cost = search.original.cost * f64::from(samples);
-            front.push(Front { name, cost, error: square.sqrt(), is_best: false });
+            front.push(Front { name, cost, error: off.errors().worst, is_best: false });
         }
+        curve.push((f64::from(samples), off.errors().worst));
         first.get_or_insert(off);
         samples *= 2;
     }
     let written = judge.off(&found.written, &known.truth, 1)?;
-    let mut equal_samples = equal(&curve, written.all().mean.max(0.0));
-    if written.all().root() <= search.tolerance {
+    let mut equal_samples = equal(&curve, written.errors().worst);
+    if written.errors().worst <= search.known.tolerance {
         equal_samples = equal_samples.max(1.0);
     }
     for (name, way) in alone {
@@ -270,7 +284,7 @@ fn row(
             Alone::Program(variant) => (judge.off(variant, &known.truth, 1)?, variant.cost),
             Alone::Constant(planes) => (search.constant(planes, known), planes.len() as f64),
         };
-        front.push(Front { name: name.clone(), cost, error: off.all().root(), is_best: false });
+        front.push(Front { name: name.clone(), cost, error: off.errors().worst, is_best: false });
     }
     let is_best = |own: &Front| {
         !front.iter().any(|other| {
@@ -295,17 +309,20 @@ fn row(
     })
 }
 
-/// The number of samples with which the original has a mean square error, from a curve of such errors. It is
-/// interpolated between measured numbers, and below one sample the error falls with their number.
-fn equal(curve: &[(f64, f64)], square: f64) -> f64 {
-    let Some((_, first)) = curve.first().copied() else { return 1.0 };
+/// The number of samples with which the worst output of the original has the same error, from a curve of such
+/// errors. Their squares are interpolated between measured numbers, and below one sample they fall with their
+/// number.
+fn equal(curve: &[(f64, f64)], error: f64) -> f64 {
+    let square = error * error;
+    let Some((_, first)) = curve.first().map(|(samples, error)| (samples, error * error)) else { return 1.0 };
     if square >= first {
         // Equal errors, and both 0, are one sample.
         return if square > 0.0 { first / square } else { 1.0 };
     }
     for pair in curve.windows(2) {
         let [(few, high), (many, low)] = pair else { continue };
-        if square >= *low && high > low {
+        let (high, low) = (high * high, low * low);
+        if square >= low && high > low {
             let share = (high - square) / (high - low);
             return few + share * (many - few);
         }
@@ -316,20 +333,21 @@ fn equal(curve: &[(f64, f64)], square: f64) -> f64 {
 /// The smallest times of a sample at a footprint, measured in turns: other work on the machine only adds.
 fn time(search: &Search<'_, '_>, found: &WrittenLevels, footprint: f64) -> Result<[f64; 2], RunError> {
     let judge = search.judge;
-    let grid = enlarged(judge.grid, TIMED);
-    // Without random directions, which would take longer than many shaders.
-    let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed);
-    let pattern = Pattern::new(1, judge.seed);
+    let work = search.original.work().max(1.0);
+    let size = (IMAGE / work).sqrt().clamp(TIMED.0, TIMED.1) as usize;
+    let grid = enlarged(judge.grid, size);
+    // A run with one sample computes a grid. Random directions would take longer than many shaders.
+    let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed).still();
+    let source: &dyn PointSource = if judge.turned.is_empty() { &ground.grid } else { &ground };
     let mut times = [Vec::new(), Vec::new()];
-    let turns = WORK / ((TIMED * TIMED) as f64 * search.original.work().max(1.0));
+    let turns = WORK / ((size * size) as f64 * work);
     for turn in 0..=turns.clamp(TURNS.0, TURNS.1) as usize {
         for (list, variant) in times.iter_mut().zip([search.original, &found.written]) {
-            let shading = judge.shading(variant, &ground, &pattern);
             let started = Instant::now();
-            shading.rows(0..TIMED, 1)?;
+            osl_exec::run(&variant.compiled.program, judge.services, source, judge.options, &|_| ())?;
             // The first turn loads textures.
             if turn > 0 {
-                list.push(1e9 * started.elapsed().as_secs_f64() / (TIMED * TIMED) as f64);
+                list.push(1e9 * started.elapsed().as_secs_f64() / (size * size) as f64);
             }
         }
     }
@@ -352,7 +370,7 @@ fn pictures(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report)
     for footprint in SHOWN {
         let place = judge.ground(footprint, Set::HeldOut);
         let ground = Ground::new(&grid, footprint, 0.0, &judge.turned, judge.seed);
-        let ground = ground.moved_to(&place);
+        let ground = ground.moved_to(&place).still();
         let pattern = Pattern::new(MANY, judge.seed);
         let image = |variant: &Variant, samples: u32| -> Result<Vec<Vec<f32>>, RunError> {
             let shading = judge.shading(variant, &ground, &pattern);
@@ -383,12 +401,12 @@ mod tests {
 
     #[test]
     fn equal_numbers_of_samples_are_interpolated() {
-        let curve = [(1.0, 0.4), (2.0, 0.2), (4.0, 0.1)];
-        assert_eq!(equal(&curve, 0.4), 1.0);
-        assert_eq!(equal(&curve, 0.8), 0.5);
-        assert!((equal(&curve, 0.3) - 1.5).abs() < 1e-9);
-        assert!((equal(&curve, 0.15) - 3.0).abs() < 1e-9);
-        assert_eq!(equal(&curve, 0.0), 4.0);
+        let curve = [(1.0, 0.4), (2.0, 0.2), (4.0, 0.1)]
+            .map(|(samples, square): (f64, f64)| (samples, square.sqrt()));
+        let of = |square: f64| equal(&curve, square.sqrt());
+        assert!((of(0.4) - 1.0).abs() < 1e-9 && (of(0.8) - 0.5).abs() < 1e-9);
+        assert!((of(0.3) - 1.5).abs() < 1e-9 && (of(0.15) - 3.0).abs() < 1e-9);
+        assert_eq!(of(0.0), 4.0);
         assert_eq!(equal(&[(1.0, 0.0)], 0.0), 1.0);
     }
 }

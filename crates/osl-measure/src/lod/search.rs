@@ -8,37 +8,16 @@
 use super::Build;
 use super::frame::Frame;
 use super::inputs::Inputs;
-use super::judge::{FOOTPRINTS, Judge, Off, Set, Truth, Variant};
+use super::judge::{FOOTPRINTS, Judge, Truth, Variant};
+use super::known::{FootprintErrors, Known, Verdict};
 use super::means::{Statement, value};
+use super::off::{Fault, Off};
 use super::write::{BEGIN, Far, Inner, Mean, Near, Plan, Said, soft, write};
 use super::{edges, noise};
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
-use osl_hir::hir::Param;
 use osl_ir::types::{Base, Type};
 use osl_syntax::diagnostic::Edit;
-
-/// What is known of a footprint in one of the sets.
-pub(super) struct FootprintErrors {
-    pub(super) truth: Truth,
-    /// The errors of the original with the number of samples that a level must match.
-    pub(super) original: Off,
-}
-
-/// Measures the original at some footprints.
-pub(super) fn known(
-    judge: &Judge<'_>,
-    original: &Variant,
-    footprints: &[f64],
-    (set, samples): (Set, u32),
-) -> Result<Vec<FootprintErrors>, RunError> {
-    let one = |footprint: &f64| {
-        let truth = judge.truth(original, *footprint, set)?;
-        let original = judge.off(original, &truth, samples)?;
-        Ok(FootprintErrors { truth, original })
-    };
-    footprints.iter().map(one).collect()
-}
 
 /// Changes in place with their errors at the footprints at which the body runs, in both sets.
 #[derive(Default)]
@@ -50,7 +29,7 @@ struct TriedChanges {
 impl TriedChanges {
     /// The sum of the mean square errors.
     fn sum(&self) -> f64 {
-        self.offs.iter().map(|off| off.all().mean).sum()
+        self.offs.iter().map(Off::all).sum()
     }
 }
 
@@ -64,15 +43,38 @@ pub(super) struct Search<'s, 'a> {
     pub(super) build: &'s Build<'s>,
     /// Samples per pixel, of the original and of everything that is compared with it.
     pub(super) samples: u32,
-    pub(super) tolerance: f64,
-    pub(super) fitted: &'s [FootprintErrors],
-    pub(super) held: &'s [FootprintErrors],
+    pub(super) known: &'s Known,
     /// The width of a pixel at footprint 1.
     pub(super) width: f64,
     /// Number of programs that were tried.
     pub(super) tried: usize,
+    /// What was tried without success, with the last test that failed.
+    pub(super) failed: Vec<Failed>,
 }
 
+/// Why there is no level of some kind.
+#[derive(Clone, Debug)]
+pub(super) enum Failed {
+    /// All outputs, because this one has no mean.
+    NoMean(String),
+    /// All outputs by their means.
+    Outputs(Fault),
+    /// The body costs no more than the switch to its means.
+    Cheap,
+    /// No statement's value can be replaced.
+    NoStatements,
+    /// The value of this variable, and the number of other values.
+    Value(String, Fault, usize),
+    /// Values gain too little.
+    NoGain,
+    /// The written shader.
+    Written(Fault),
+}
+
+/// A footprint above the first one.
+const NEXT: f64 = 1.5;
+/// What the switch to a level costs without comparisons of parameters, in additions.
+const SWITCH: f64 = 6.0;
 /// How much cheaper a near level must be than the one before it.
 const CHEAPER: f64 = 0.9;
 /// The footprints at which near levels may begin to be complete.
@@ -81,22 +83,34 @@ const NEAR: [usize; 3] = [2, 4, 6];
 impl Search<'_, '_> {
     /// The level at which all outputs are their means. A shader that filters by itself may have other means
     /// at larger footprints, so the means are those of the footprints at which they are used.
-    pub(super) fn far(&self) -> Option<Far> {
+    pub(super) fn far(&mut self) -> Result<Option<Far>, RunError> {
         let is_number = |base: Base| matches!(base, Base::Int | Base::Float) || base.is_triple();
         let program = self.source.program;
         let mut outputs = program.shader.params.iter().filter(|param| param.output);
-        let is_one =
-            |param: &Param| program.vars.get(param.var.0 as usize).is_some_and(|var| is_number(var.ty.base));
-        if !outputs.all(is_one) {
-            return None;
+        let other = outputs.find_map(|param| {
+            let var = program.vars.get(param.var.0 as usize)?;
+            (!is_number(var.ty.base)).then(|| var.name.to_string())
+        });
+        if let Some(name) = other {
+            self.failed.push(Failed::NoMean(name));
+            return Ok(None);
         }
+        // What the width of a pixel and its comparison with the parameters cost.
+        let switch = SWITCH + self.inputs.guards.len() as f64;
+        let planes: usize = self.judge.outputs.iter().map(|output| output.planes.len()).sum();
+        if self.original.work() <= switch + planes as f64 {
+            self.failed.push(Failed::Cheap);
+            return Ok(None);
+        }
+        let mut last = None;
         // At footprint 1 the original always runs.
         'next: for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
-            let over: Vec<&Truth> = self.fitted.iter().skip(from).map(|known| &known.truth).collect();
+            let over: Vec<&Truth> =
+                self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
             let mut planes = self.judge.means(&over);
             let mut means = Vec::new();
             for output in &self.judge.outputs {
-                let own = planes.get_mut(output.planes.clone())?;
+                let Some(own) = planes.get_mut(output.planes.clone()) else { return Ok(None) };
                 let is_int = output.ty == Type::INT;
                 if is_int {
                     own.iter_mut().for_each(|x| *x = x.round());
@@ -104,14 +118,14 @@ impl Search<'_, '_> {
                 let Some(text) = value(output.ty, own, output.range) else { continue 'next };
                 means.push(Mean { name: output.name.clone(), text, is_int });
             }
-            let is_good = |known: &FootprintErrors| {
-                self.constant(&planes, known).is_good(&known.original, self.tolerance)
-            };
-            if [self.fitted, self.held].into_iter().all(|set| set.iter().skip(from).all(is_good)) {
-                return Some(Far { full, means, planes });
+            let mut errors = |known: &FootprintErrors| Ok(self.constant(&planes, known));
+            match self.known.verdict(&mut errors, ((full, f64::INFINITY), true))? {
+                Ok(_) => return Ok(Some(Far { full, begin: BEGIN, means, planes })),
+                Err(fault) => last = Some(fault),
             }
         }
-        None
+        self.failed.extend(last.map(Failed::Outputs));
+        Ok(None)
     }
 
     /// The errors of planes that have the same value everywhere.
@@ -126,16 +140,10 @@ impl Search<'_, '_> {
     pub(super) fn inner(&mut self, far: Option<&Far>) -> Result<Inner, RunError> {
         let mut now =
             TriedChanges { inner: Inner { cost: self.original.cost, ..Inner::default() }, offs: Vec::new() };
-        now.offs = self.before(far).map(|known| known.original.clone()).collect();
+        now.offs = self.known.originals(0.0, end(far));
         self.noise(&mut now, far)?;
         self.edges(&mut now, far)?;
         Ok(now.inner)
-    }
-
-    /// The footprints in both sets at which the body runs.
-    fn before(&self, far: Option<&Far>) -> impl Iterator<Item = &FootprintErrors> {
-        let end = far.map_or(f64::INFINITY, |far| far.full);
-        self.fitted.iter().chain(self.held).filter(move |known| known.truth.footprint < end)
     }
 
     fn noise(&mut self, now: &mut TriedChanges, far: Option<&Far>) -> Result<(), RunError> {
@@ -208,17 +216,12 @@ impl Search<'_, '_> {
         let Some(built) = text.and_then(|text| (self.build)(&text)) else { return Ok(None) };
         self.tried += 1;
         let variant = self.judge.variant(built.plain);
-        let mut offs = Vec::new();
-        let mut is_better = false;
-        for (known, earlier) in self.before(far).zip(&now.offs) {
-            let off = self.judge.off(&variant, &known.truth, self.samples)?;
-            let is_changed = known.truth.footprint == 1.0 && off.squares != known.original.squares;
-            if is_changed || !off.is_good(&known.original, self.tolerance) {
-                return Ok(None);
-            }
-            is_better |= off.is_better(earlier);
-            offs.push(off);
+        let Ok(offs) = self.holds(&variant, (0.0, end(far)), false)? else { return Ok(None) };
+        let originals = self.known.originals(0.0, NEXT);
+        if offs.iter().zip(&originals).any(|(off, original)| off.squares != original.squares) {
+            return Ok(None);
         }
+        let is_better = offs.iter().zip(&now.offs).any(|(off, earlier)| off.is_better(earlier));
         let inner = Inner { cost: variant.cost, ..plan.inner };
         Ok(is_better.then_some(TriedChanges { inner, offs }))
     }
@@ -258,6 +261,7 @@ impl Search<'_, '_> {
             }
         }
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut last = None;
         let mut taken: Vec<&Statement> = Vec::new();
         let mut cost = first;
         for from in NEAR {
@@ -267,6 +271,7 @@ impl Search<'_, '_> {
             }
             let mut now = taken.clone();
             let mut now_cost = cost;
+            let mut first_failed = None;
             for (_, own) in &order {
                 if now.iter().any(|other| other.span == own.span) {
                     continue;
@@ -278,12 +283,21 @@ impl Search<'_, '_> {
                 };
                 self.tried += 1;
                 let variant = self.judge.variant(built.plain);
-                if variant.cost < now_cost * 0.99 && self.holds(&variant, from, far)? {
-                    now = more;
-                    now_cost = variant.cost;
+                if variant.cost >= now_cost * 0.99 {
+                    continue;
+                }
+                match self.holds(&variant, (full, end(far)), true)? {
+                    Ok(_) => {
+                        now = more;
+                        now_cost = variant.cost;
+                    }
+                    // The dearest value at the largest footprint says most.
+                    Err(fault) => first_failed = first_failed.or(Some((*own, fault))),
                 }
             }
-            if now_cost < cost * CHEAPER {
+            last = first_failed.or(last);
+            // Changes in place may cost more than what a level saves.
+            if now_cost < (cost * CHEAPER).min(self.original.cost) {
                 let statements: Vec<Statement> = now
                     .iter()
                     .filter(|own| !taken.iter().any(|other| other.span == own.span))
@@ -294,51 +308,52 @@ impl Search<'_, '_> {
                 cost = now_cost;
             }
         }
+        if out.is_empty() {
+            self.failed.push(match last {
+                Some((own, fault)) => Failed::Value(own.name.clone(), fault, order.len() - 1),
+                None if statements.is_empty() => Failed::NoStatements,
+                None => Failed::NoGain,
+            });
+        }
         Ok(out)
     }
 
-    /// Whether a program is good from the footprint with this index on, up to the far level, in both sets.
-    fn holds(&self, variant: &Variant, from: usize, far: Option<&Far>) -> Result<bool, RunError> {
-        for known in [self.fitted, self.held].into_iter().flat_map(|set| set.iter().skip(from)) {
-            if far.is_some_and(|far| known.truth.footprint >= far.full) {
-                continue;
-            }
-            if !self.judge.off(variant, &known.truth, self.samples)?.is_good(&known.original, self.tolerance)
-            {
-                return Ok(false);
-            }
-        }
-        Ok(true)
+    /// Whether a program is good at the footprints from one on and below another.
+    fn holds(&self, variant: &Variant, footprints: (f64, f64), alone: bool) -> Result<Verdict, RunError> {
+        let mut errors = |known: &FootprintErrors| self.judge.off(variant, &known.truth, self.samples);
+        self.known.verdict(&mut errors, (footprints, alone))
     }
 
-    /// Whether the written shader is good at all footprints and in the middle of each fade, on the points
-    /// that were held out. If not, returns the level to blame, or none if a change in place is to blame.
+    /// Whether the written shader is good at all footprints and in the middle of each fade. If not, returns
+    /// the level to blame, or none if a change in place is to blame.
     pub(super) fn check(
         &self,
         written: &Variant,
         plan: &Plan,
-    ) -> Result<Result<(), Option<usize>>, RunError> {
+    ) -> Result<Result<(), (Option<usize>, Fault)>, RunError> {
         let fulls: Vec<f64> =
             plan.near.iter().map(|near| near.full).chain(plan.far.iter().map(|far| far.full)).collect();
-        for known in self.held {
-            if !self.judge.off(written, &known.truth, self.samples)?.is_good(&known.original, self.tolerance)
-            {
-                let level = fulls.iter().rposition(|full| full * BEGIN < known.truth.footprint);
-                return Ok(Err(level));
-            }
+        let mut errors = |known: &FootprintErrors| self.judge.off(written, &known.truth, self.samples);
+        if let Err(fault) = self.known.verdict(&mut errors, ((0.0, f64::INFINITY), false))? {
+            let level = fulls.iter().rposition(|full| full * BEGIN < fault.footprint);
+            return Ok(Err((level, fault)));
         }
         for (level, full) in fulls.iter().enumerate() {
-            let middle = [full * (0.5 + 0.5 * BEGIN)];
-            for known in known(self.judge, self.original, &middle, (Set::HeldOut, self.samples))? {
-                if !self
-                    .judge
-                    .off(written, &known.truth, self.samples)?
-                    .is_good(&known.original, self.tolerance)
-                {
-                    return Ok(Err(Some(level)));
-                }
+            let far = plan.far.as_ref().filter(|_| level == plan.near.len());
+            let begin = far.map_or(BEGIN, |far| far.begin);
+            let middle = [full * (0.5 + 0.5 * begin)];
+            let original = (self.judge, self.original);
+            let known = Known::of(original, &middle, (self.samples, self.known.tolerance))?;
+            let mut errors = |known: &FootprintErrors| self.judge.off(written, &known.truth, self.samples);
+            if let Err(fault) = known.verdict(&mut errors, ((0.0, f64::INFINITY), false))? {
+                return Ok(Err((Some(level), fault)));
             }
         }
         Ok(Ok(()))
     }
+}
+
+/// The footprint from which on the body does not run.
+fn end(far: Option<&Far>) -> f64 {
+    far.map_or(f64::INFINITY, |far| far.full)
 }

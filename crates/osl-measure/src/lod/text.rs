@@ -9,13 +9,10 @@ use std::fmt::Write;
 pub fn text(report: &Report) -> String {
     let mut out = String::new();
     if report.text.is_none() {
-        let _ = writeln!(
-            out,
-            "{}: no simpler level: at every footprint up to 256, the means of the outputs or of single values have a \
-             larger error than {} of the original",
-            report.name,
-            samples(report.samples)
-        );
+        let _ = writeln!(out, "{}: no simpler level up to footprint 256", report.name);
+        for why in &report.why {
+            let _ = writeln!(out, "  {why}");
+        }
         return out;
     }
     let _ = writeln!(
@@ -52,8 +49,8 @@ pub fn text(report: &Report) -> String {
     let most = report.rows.iter().map(|row| row.most).max().unwrap_or(0);
     let _ = writeln!(
         out,
-        "\nErrors are root mean squares over pixels as shares of the outputs' ranges, at points that were not used to \
-         find the\nlevels, against {} of the original.\n",
+        "\nErrors are root mean squares over pixels, of the worst output, as shares of its range, at points that were not \
+         used to\nfind the levels, against {} of the original.\n",
         samples(report.reference_samples)
     );
     let _ = writeln!(
@@ -72,8 +69,8 @@ pub fn text(report: &Report) -> String {
     }
     let _ = writeln!(
         out,
-        "\nEqual samples: the number with which the original has the same error ({most}: so many or more). Times cheaper: the \
-         time of\nso many samples of the original, divided by the time of one sample with levels."
+        "\nEqual samples: the number with which the worst output of the original has the same error ({most}: so many or \
+         more).\nTimes cheaper: the time of so many samples of the original, divided by the time of one sample with levels."
     );
     if report.cut_short {
         let _ = writeln!(out, "\nThe time was over (--budget) before everything was measured.");
@@ -117,8 +114,8 @@ fn row_line(row: &Row, out: &mut String) {
         out,
         "{:>9}  {:>17}  {:>14}  {:>16}  {:>11}  {:>10}  {:>12}",
         row.footprint,
-        percent(row.original.all),
-        percent(row.written.all),
+        percent(row.original.worst),
+        percent(row.written.worst),
         equal,
         time(0),
         time(1),

@@ -23,6 +23,8 @@ pub(super) struct Mean {
 pub(super) struct Far {
     /// The footprint from which on nothing of the body runs.
     pub(super) full: f64,
+    /// The share of this footprint at which the fade begins.
+    pub(super) begin: f64,
     pub(super) means: Vec<Mean>,
     /// The means as numbers, for each plane of the outputs.
     pub(super) planes: Vec<f64>,
@@ -82,6 +84,8 @@ impl Plan {
 
 /// A fade begins at this share of the footprint at which it is complete.
 pub(super) const BEGIN: f64 = 0.5;
+/// Or at this one, if a longer fade would be worse than the original.
+pub(super) const LATE: f64 = 0.75;
 
 /// What the comment says of a level: the footprint and its error, as a share of the range.
 pub(super) struct Said<'a> {
@@ -96,8 +100,21 @@ pub(super) struct Said<'a> {
     pub(super) largest: f64,
 }
 
-/// The source with its levels.
+/// The source with its levels, with line breaks like those of the source.
 pub(super) fn write(
+    source: &Source<'_>,
+    frame: &Frame,
+    inputs: &Inputs,
+    plan: &Plan,
+    said: (f64, &Said<'_>),
+) -> Option<String> {
+    let text = with_levels(source, frame, inputs, plan, said)?;
+    let own = source.reader.text;
+    let is_dos = own.contains('\n') && own.matches('\n').count() == own.matches("\r\n").count();
+    Some(if is_dos { text.replace("\r\n", "\n").replace('\n', "\r\n") } else { text })
+}
+
+fn with_levels(
     source: &Source<'_>,
     frame: &Frame,
     inputs: &Inputs,
@@ -155,7 +172,6 @@ const COLUMNS: usize = 100;
 
 /// The names of the new variables, and the widths of pixels.
 struct Writer {
-    size: String,
     pixel: String,
     far: String,
     fades: Vec<String>,
@@ -176,49 +192,45 @@ impl Writer {
             0 | 1 => vec![fade; plan.near.len()],
             n => (1..=n).map(|level| source.unused(&format!("fade{level}"))).collect(),
         };
-        Writer {
-            size: source.unused("size"),
-            pixel: source.unused("pixel"),
-            far: source.unused("far"),
-            fades,
-            soft: soft(source),
-            width,
-        }
+        Writer { pixel: source.unused("pixel"), far: source.unused("far"), fades, soft: soft(source), width }
     }
 
-    /// Statements that set the width of a pixel.
+    /// The statement that sets the width of a pixel: the smaller side, so that a level is used only where a
+    /// pixel is large along both.
     fn pixel(&self, inputs: &Inputs) -> String {
-        let (size, pixel) = (&self.size, &self.pixel);
+        let pixel = &self.pixel;
         match &inputs.coordinate {
-            Coordinate::Point(name) => format!(
-                "{INDENT}vector {size} = filterwidth({name});\n\
-                 {INDENT}float {pixel} = max({size}[0], max({size}[1], {size}[2]));\n"
-            ),
-            Coordinate::Uv => format!("{INDENT}float {pixel} = max(filterwidth(u), filterwidth(v));\n"),
+            Coordinate::Point(name) => {
+                format!("{INDENT}float {pixel} = min(length(Dx({name})), length(Dy({name})));\n")
+            }
+            Coordinate::Uv => {
+                format!("{INDENT}float {pixel} = min(hypot(Dx(u), Dx(v)), hypot(Dy(u), Dy(v)));\n")
+            }
         }
     }
 
     /// The widths between which a level fades in. They are rounded so that nothing is replaced at the first
     /// and everything at the second.
-    fn widths(&self, full: f64) -> [String; 2] {
-        [rounded(self.width * full * BEGIN, true), rounded(self.width * full, false)]
+    fn widths(&self, full: f64, begin: f64) -> [String; 2] {
+        [rounded(self.width * full * begin, true), rounded(self.width * full, false)]
     }
 
     /// The comment and the fades.
     fn head(&self, inputs: &Inputs, plan: &Plan, said: &Said<'_>) -> String {
         let pixel = &self.pixel;
         let mut text = format!(
-            "Levels of detail, made by oslrun lod. {pixel} is the width of a pixel in {}.",
+            "Levels of detail, made by oslrun lod. {pixel} is the smaller side of a pixel in {}.",
             inputs.coordinate.name()
         );
-        let fulls = plan.near.iter().map(|near| near.full).chain(plan.far.iter().map(|far| far.full));
+        let near = plan.near.iter().map(|near| (near.full, BEGIN));
+        let fulls = near.chain(plan.far.iter().map(|far| (far.full, far.begin)));
         let names = self.fades.iter().chain(plan.far.iter().map(|_| &self.far));
-        for (((full, name), error), index) in fulls.zip(names).zip(said.errors).zip(0..) {
+        for ((((full, begin), name), error), index) in fulls.zip(names).zip(said.errors).zip(0..) {
             let what = if index == plan.near.len() { "all outputs" } else { "some values" };
             let [percent, other] = error.map(percent);
             let samples = samples(said.samples);
             let has = if said.samples == 1 { "has" } else { "have" };
-            let [begin, end] = self.widths(full);
+            let [begin, end] = self.widths(full, begin);
             text += &if inputs.leaves && index == plan.near.len() {
                 format!(
                     " From {end} on the outputs are their means: the root mean square error is at most \
@@ -238,7 +250,8 @@ impl Writer {
         text += &format!(" Pixels were measured up to a width of {}.", rounded(said.largest, false));
         if !inputs.guards.is_empty() {
             let which = if said.given { "the parameter values below" } else { "the default parameters" };
-            text += &format!(" All this holds for {which}; with others, the original runs.");
+            let rest = if plan.inner.calls > 0 { "only noise fades" } else { "the original runs" };
+            text += &format!(" All this holds for {which}; with others, {rest}.");
         }
         let mut out = comment(&text);
         out += &self.pixel(inputs);
@@ -250,11 +263,11 @@ impl Writer {
             sets.push(format!("{} = max({pixel} - {}, 0);", self.soft, rounded(self.width, true)));
         }
         for (near, name) in plan.near.iter().zip(&self.fades) {
-            let [begin, end] = self.widths(near.full);
+            let [begin, end] = self.widths(near.full, BEGIN);
             sets.push(format!("{name} = smoothstep({begin}, {end}, {pixel});"));
         }
         if let Some(far) = plan.far.as_ref().filter(|_| !inputs.leaves) {
-            let [begin, end] = self.widths(far.full);
+            let [begin, end] = self.widths(far.full, far.begin);
             sets.push(format!("{} = smoothstep({begin}, {end}, {pixel});", self.far));
         }
         if inputs.guards.is_empty() {
@@ -275,29 +288,31 @@ impl Writer {
         out
     }
 
-    /// The statements after the body.
+    /// The statements after the body: the means alone where nothing of the body runs, since a blend takes
+    /// longer.
     fn tail(&self, far: &Far) -> String {
         let name = &self.far;
-        let one = |mean: &Mean| {
-            let Mean { name: output, text, is_int } = mean;
-            match is_int {
-                true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
-                false => format!("{output} = mix({output}, {text}, {name});"),
-            }
-        };
-        match &far.means[..] {
-            [mean] => format!("{INDENT}if ({name} > 0)\n{INDENT}{INDENT}{}\n", one(mean)),
+        let block = |line: &dyn Fn(&Mean) -> String| match &far.means[..] {
+            [mean] => (format!("\n{INDENT}{INDENT}{}\n", line(mean)), String::new()),
             means => {
                 let lines: String =
-                    means.iter().map(|mean| format!("{INDENT}{INDENT}{}\n", one(mean))).collect();
-                format!("{INDENT}if ({name} > 0) {{\n{lines}{INDENT}}}\n")
+                    means.iter().map(|mean| format!("{INDENT}{INDENT}{}\n", line(mean))).collect();
+                (format!(" {{\n{lines}"), format!("{INDENT}}}"))
             }
-        }
+        };
+        let (all, end) = block(&|Mean { name: output, text, .. }| format!("{output} = {text};"));
+        let (blend, last) = block(&|Mean { name: output, text, is_int }| match is_int {
+            true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
+            false => format!("{output} = mix({output}, {text}, {name});"),
+        });
+        let between = if end.is_empty() { INDENT.to_string() } else { format!("{end} ") };
+        let last = if last.is_empty() { last } else { format!("{last}\n") };
+        format!("{INDENT}if ({name} >= 1){all}{between}else if ({name} > 0){blend}{last}")
     }
 
     /// The switch of a shader that can end before its last statement, so that nothing can follow its body.
     fn left(&self, inputs: &Inputs, far: &Far, head: &str) -> String {
-        let [_, end] = self.widths(far.full);
+        let [_, end] = self.widths(far.full, far.begin);
         let mut tests = vec![format!("{} >= {end}", self.pixel)];
         tests.extend(inputs.guards.iter().cloned());
         let sets: String = far
@@ -313,12 +328,13 @@ impl Writer {
         let Statement { name, mean, .. } = own;
         let at = own.span.start as usize;
         let line = if source.is_first(at) { format!("\n{}", source.indent(at)) } else { " ".to_string() };
-        let blend = format!("if ({fade} > 0){line}{INDENT}{name} = mix({name}, {mean}, {fade});");
+        let inner = if source.is_first(at) { format!("{line}{INDENT}") } else { line.clone() };
+        let blend = format!("if ({fade} > 0){inner}{name} = mix({name}, {mean}, {fade});");
         let first = match own.declares {
             Some(ty) => format!("{ty} {name} = 0;{line}"),
             None => String::new(),
         };
-        let text = format!("{first}if ({fade} < 1){line}{INDENT}{name} = {text};{line}{blend}");
+        let text = format!("{first}if ({fade} < 1){inner}{name} = {text};{line}{blend}");
         Edit { span: own.span, text }
     }
 }

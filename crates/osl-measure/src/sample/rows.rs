@@ -4,7 +4,7 @@
 
 use super::error::Block;
 use super::image::{Image, Shading, not_finite};
-use osl_exec::RunError;
+use osl_exec::{Frame, RunError};
 use std::ops::Range;
 
 impl Shading<'_> {
@@ -43,5 +43,13 @@ impl Shading<'_> {
     pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
         let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()))?;
         Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
+    }
+
+    /// The values at the centres of pixels, which are numbered row by row: those of an image with one sample.
+    ///
+    /// # Errors
+    /// A loop exceeds its budget.
+    pub fn at_centres(&self, pixels: &[u32]) -> Result<Vec<Vec<f32>>, RunError> {
+        self.centres(pixels, &mut Frame::default())
     }
 }
