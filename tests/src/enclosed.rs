@@ -1,9 +1,10 @@
 //! Proven bounds against runs: no value of a run may be outside of them, and no event may happen that they
-//! exclude. This module must not know where programs come from.
+//! exclude or do not name. This module must not know where programs come from.
 
 use crate::run;
 use osl::stages;
-use osl_exec::{PointSource, RunOptions, Services};
+use osl_exec::{Plane, PointSource, RunOptions, Services};
+use osl_ir::ir::Kind;
 use osl_ir::passes;
 use osl_measure::bounds::{self, Domain, Effort, Report, Verdict};
 use osl_measure::sanitize::{self, Subject};
@@ -13,6 +14,15 @@ use osl_syntax::{NoFiles, Options};
 
 /// The maximum number of steps of a point.
 const STEPS: u64 = 20_000;
+
+/// The events about which there is a claim wherever they can happen.
+const HAVE_CLAIMS: [sanitize::Kind; 5] = [
+    sanitize::Kind::IntOverflow,
+    sanitize::Kind::IntConversion,
+    sanitize::Kind::ZeroDivision,
+    sanitize::Kind::Edges,
+    sanitize::Kind::Index,
+];
 
 /// A report, with what is needed to compare it with runs.
 pub struct Proven {
@@ -47,7 +57,16 @@ pub fn prove(
     Some(Proven { report, subject, sources: checked.sources })
 }
 
-/// The first value at these points outside of its bounds, or event that was excluded. The derivatives of the
+/// The numbers of a plane; ints are exact.
+pub fn numbers(plane: &Plane) -> Vec<f64> {
+    match plane.kind {
+        Kind::Int => plane.words.iter().map(|word| f64::from(word.cast_signed())).collect(),
+        _ => plane.floats().into_iter().map(f64::from).collect(),
+    }
+}
+
+/// The first value at these points outside of its bounds, or event that was excluded or of which nothing is
+/// claimed. The derivatives of the
 /// points must be those of the report. A program that does not run to its end violates nothing.
 pub fn violation(proven: &Proven, text: &str, services: &Services, points: &Grid) -> Option<String> {
     let report = &proven.report;
@@ -60,8 +79,7 @@ pub fn violation(proven: &Proven, text: &str, services: &Services, points: &Grid
         let Some(output) = outputs.next() else {
             return Some(format!("{} has no bounds", plane.output));
         };
-        for (point, value) in plane.floats().iter().enumerate() {
-            let value = f64::from(*value);
+        for (point, value) in numbers(plane).into_iter().enumerate() {
             let is_inside = match value.is_nan() {
                 true => output.never_nan != Verdict::Proven,
                 false => output.lowest <= value && value <= output.highest,
@@ -74,10 +92,15 @@ pub fn violation(proven: &Proven, text: &str, services: &Services, points: &Grid
     }
     let places = sanitize::Points { source: points, size: (points.width, points.height), pixels: None };
     let examined = sanitize::sanitize(&proven.subject, services, &places, &proven.sources, "case");
-    let is_excluded = |event: &sanitize::Event| {
-        let mut claims = report.claims.iter().filter(|claim| claim.verdict == Verdict::Proven);
-        claims.any(|claim| claim.kind == event.kind && claim.quote == event.quote)
-    };
-    let excluded = examined.report.events.iter().find(|event| is_excluded(event))?;
-    Some(format!("{:?} at {:?}, which was excluded", excluded.kind, excluded.quote))
+    examined.report.events.iter().find_map(|event| {
+        let (kind, quote) = (event.kind, &event.quote);
+        let mut claims = report.claims.iter().filter(|claim| claim.kind == kind && claim.quote == *quote);
+        let is_open = |claim: &bounds::Claim| claim.verdict != Verdict::Proven;
+        let why = match claims.next() {
+            None if HAVE_CLAIMS.contains(&kind) => "of which nothing is claimed",
+            Some(claim) if !is_open(claim) && !claims.any(is_open) => "which was excluded",
+            _ => return None,
+        };
+        Some(format!("{kind:?} at {quote:?}, {why}"))
+    })
 }

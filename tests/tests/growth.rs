@@ -37,6 +37,11 @@ fn body(text: &str) -> String {
     format!("shader a(output float o = 0) {{\n{text}\n}}\n")
 }
 
+/// Loops within loops, of two rounds each.
+fn nest(depth: usize) -> String {
+    body(&(lines(depth, |i| format!("for (int i{i} = 0; i{i} < 2; i{i}++)")) + "o += u;"))
+}
+
 const CHECK: &str = "check a.osl";
 const RUN: &str = "a.osl -g 1x1";
 const COMPILED: &str = "a.oso -g 1x1";
@@ -192,6 +197,10 @@ const SHAPES: &[Shape] = &[
     shape("explain_elements", "explain a.osl --at 0,0 -g 2x2", 5_000, |n| {
         body(&format!("float x[100000]; for (int i = 0; i < {n}; i++) x[i] = u; o = x[3];"))
     }),
+    shape("explain_nest", "explain a.osl --at 0,0 -g 2x2", 45, nest),
+    shape("sanitize_nest", "sanitize a.osl -g 2x2", 45, nest),
+    shape("stability_nest", "stability a.osl -g 2x2", 45, nest),
+    shape("bounds_nest", "bounds a.osl --tiles 4", 45, nest),
     shape("oso_operations", COMPILED, 20_000, |n| {
         format!("{OSO}code ___main___\n{}\tend\n", "\tassign\to $c\n".repeat(n))
     }),

@@ -312,6 +312,32 @@ fn a_way_without_end_is_cut() {
     ] {
         assert!(explained(source, None, (1, 1), false).contains("too long to be followed"), "{source}");
     }
+    let loops: String = (0..100).map(|i| format!("for (int i{i} = 0; i{i} < 2; i{i}++) ")).collect();
+    let source = format!("shader s(output float r = 0) {{\nfloat x = u;\n{loops}\nr += 1; }}");
+    let text = explained(&source, None, (1, 1), false);
+    assert!(text.contains("too long to be followed") && text.contains("not needed"), "{text}");
+}
+
+#[test]
+fn needs_cross_the_rounds_of_nested_loops() {
+    // A value reaches the output through three variables, against the order of the statements, and each step
+    // takes another round of another loop.
+    let source = "shader s(output float r = 0) {
+        float a = 0, b = 0, c = 0, d = 0;
+        for (int i = 0; i < 3; i++) {
+            r = a;
+            for (int j = 0; j < 2; j++) {
+                a = b;
+                for (int k = 0; k < 2; k++) {
+                    b = c;
+                    d = c;
+                }
+            }
+            c = u;
+        }
+    }";
+    let text = explained(source, None, (1, 1), false);
+    assert!(text.contains("d = 0 (not needed)") && text.matches("not needed").count() == 2, "{text}");
 }
 
 #[test]

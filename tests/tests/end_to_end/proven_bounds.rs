@@ -4,6 +4,7 @@ use osl::stages;
 use osl_exec::{PointSource, RunOptions};
 use osl_ir::passes;
 use osl_measure::bounds::{self, Domain, Effort, Verdict};
+use osl_measure::sanitize::Kind;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 use osl_tests::enclosed::{self, Proven};
@@ -77,15 +78,14 @@ fn seeds_hold(grids: usize, tiles: usize) {
             let frame = run::run(shader, &text, &[], &grid, &RunOptions::default()).unwrap();
             points += grid.count();
             for (plane, output) in frame.planes.iter().zip(&report.outputs) {
-                let is_inside = |x: &f32| {
-                    let wide = f64::from(*x);
+                let is_inside = |x: &f64| {
                     if x.is_nan() {
                         output.never_nan != Verdict::Proven
                     } else {
-                        output.lowest <= wide && wide <= output.highest
+                        output.lowest <= *x && *x <= output.highest
                     }
                 };
-                assert!(plane.floats().iter().all(is_inside), "{shader}, {}", plane.output);
+                assert!(enclosed::numbers(plane).iter().all(is_inside), "{shader}, {}", plane.output);
             }
         }
     }
@@ -296,4 +296,100 @@ fn long_loops_end() {
     let text = "shader s(output int n = 0) { int k = (int) (1000 * u); while (k > 0) { k /= 2; n += 1; } }";
     let found = proven(text, 30).unwrap().report;
     assert!(found.outputs[0].lowest >= 0.0, "{:?}", found.outputs);
+}
+
+/// The cost of nested loops does not grow with a power of their depth, and what holds in them stays known.
+#[test]
+fn nested_loops_end() {
+    let nest = |depth: usize, rounds: usize| {
+        let loops: String =
+            (0..depth).map(|i| format!("for (int i{i} = 0; i{i} < {rounds}; i{i}++) ")).collect();
+        format!("shader s(output float r = 0, output float x = 0) {{ {loops} r += 0.5; x = u * u; }}")
+    };
+    for (depth, rounds) in [(20, 2), (100, 2), (12, 5), (3, 1000)] {
+        let found = proven(&nest(depth, rounds), 10).unwrap().report;
+        let [_, x] = &found.outputs[..] else { panic!("{found:?}") };
+        assert!(x.lowest == 0.0 && x.highest <= 4.0, "{depth} loops of {rounds}: {x:?}");
+    }
+    // Few loops are walked to their end.
+    let found = proven(&nest(6, 2), 10).unwrap().report;
+    assert_eq!((found.outputs[0].lowest, found.outputs[0].highest), (32.0, 32.0));
+}
+
+/// Each operation that `sanitize` watches has a claim, with a point where it is wrong.
+#[test]
+fn every_event_has_a_claim() {
+    for (text, code, kind) in [
+        ("int k = -2147483647 - 1 + (int) abs(u); n = k / -1;", "k / -1", Kind::IntOverflow),
+        (
+            "int k = -2147483647 - 1 + (int) abs(u); n = k / ((int) v - 1);",
+            "k / ((int) v - 1)",
+            Kind::IntOverflow,
+        ),
+        ("int k = (int) u; n = 5 / k;", "5 / k", Kind::ZeroDivision),
+        ("int k = (int) u; n = 5 % k;", "5 % k", Kind::ZeroDivision),
+        (
+            "t = mod(vector(u, v, 1), vector(1, 0, 2));",
+            "mod(vector(u, v, 1), vector(1, 0, 2))",
+            Kind::ZeroDivision,
+        ),
+        (
+            "t = fmod(vector(u, v, 1), vector(1, 0, 2));",
+            "fmod(vector(u, v, 1), vector(1, 0, 2))",
+            Kind::ZeroDivision,
+        ),
+        ("t = vector(u, v, 1) / vector(1, 0, 2);", "vector(u, v, 1) / vector(1, 0, 2)", Kind::ZeroDivision),
+    ] {
+        let text = format!("shader s(output int n = 0, output vector t = 0) {{ {text} }}");
+        let report = holds_in_many_places(code, &text, 30);
+        let found: Vec<Verdict> = (report.claims.iter())
+            .filter(|claim| claim.kind == kind && claim.quote.code == code)
+            .map(|claim| claim.verdict)
+            .collect();
+        assert_eq!(found, [Verdict::Wrong], "{code}: {:?}", report.claims);
+    }
+    // What cannot happen for the constants is not said.
+    let report = holds_in_many_places("a constant", "shader s(output int n = 0) { n = (int) u / -2; }", 30);
+    assert!(report.claims.iter().all(|claim| claim.kind == Kind::IntConversion), "{:?}", report.claims);
+}
+
+/// Ints are exact, also those that no float holds.
+#[test]
+fn large_ints_are_exact() {
+    let of = |text: &str| {
+        let report = holds_in_many_places(text, &format!("shader s(output int n = 0) {{ {text} }}"), 400);
+        let output = &report.outputs[0];
+        (output.lowest, output.highest, output.reached)
+    };
+    let ends = |lo: f64, hi: f64| (lo, hi, Some([lo, hi]));
+    assert_eq!(of("n = 20000001 + (int) clamp(100 * u, 0, 50);"), ends(20_000_001.0, 20_000_051.0));
+    assert_eq!(of("n = u > 0 ? 2147483647 : -2147483647 - 1;"), ends(-2_147_483_648.0, 2_147_483_647.0));
+    assert_eq!(of("n = (int) (-clamp(u, 0, 1) * 3000000000.0);"), ends(-2_147_483_648.0, 0.0));
+}
+
+/// What is known when the time is over.
+#[test]
+fn a_search_without_time_proves_nothing() {
+    let text = "shader s(int n = 3, output float r = 0) { float a[2] = {1, 2}; r = a[n] / u; }";
+    let checked = stages::check("case.osl", text, &NoFiles, &Options::default());
+    let body = stages::lower(&checked.program.unwrap(), &[]).unwrap();
+    let cancel = osl_limits::Cancel::new();
+    let limits = osl_limits::Limits::default();
+    let points = grid(3, 3);
+    let options = passes::Options {
+        varying: points.varying().to_vec(),
+        limits: limits.until(&cancel),
+        ..passes::Options::default()
+    };
+    let subject = bounds::subject(body, &options);
+    cancel.cancel();
+    let domain = Domain::of_patch(SCALE, OFFSET);
+    let services = run::services();
+    let report =
+        bounds::prove(&subject, (&services, &points, &checked.sources), &domain, Effort::default(), "case");
+    assert!(report.is_cut && report.points == 0);
+    assert_eq!((report.outputs[0].lowest, report.outputs[0].highest), (f64::NEG_INFINITY, f64::INFINITY));
+    let claims: Vec<(Kind, Verdict)> =
+        report.claims.iter().map(|claim| (claim.kind, claim.verdict)).collect();
+    assert_eq!(claims, [(Kind::ZeroDivision, Verdict::NotProven), (Kind::Index, Verdict::NotProven)]);
 }

@@ -13,8 +13,9 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("da")
     .extremes(
-        "If `b` is 0, the result is 0. If `b` is known when compiling, the remainder is exact. \
-         Otherwise the result is a - N b with N = (int)(a/b), and a zero may have either sign. If the \
+        "If `b` is 0, the result is 0; but in a triple `b` that is known when compiling and has another \
+         component than 0, a component of 0 gives nan. If `b` is known when compiling, the remainder is \
+         exact. Otherwise the result is a - N b with N = (int)(a/b), and a zero may have either sign. If the \
          quotient does not fit in an int (huge `a`, inf, nan), N is -2147483648: the result then has \
          no meaning, but is the same everywhere.",
     )
@@ -30,7 +31,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .composed(Composed::Mod)
     .derivatives("da - floor(a/b) db")
     .extremes(
-        "If `b` is 0, the result is `a`. A quotient that overflows counts as 0, so mod(1e38, 1e-10) \
+        "If `b` is 0, the result is `a`, for ints too; but in a triple `b` that is known when compiling \
+         and has another component than 0, a component of 0 gives nan. A quotient that overflows counts as 0, so mod(1e38, 1e-10) \
          is 1e38; but if `b` is known when compiling, the result is -inf. An infinite `a` gives `a`, \
          or nan if `b` is known when compiling. An infinite `b` gives nan. nan gives nan.",
     )

@@ -15,6 +15,7 @@ mod calls;
 mod cases;
 mod defs;
 mod domain;
+mod numbers;
 mod paths;
 mod search;
 mod sites;

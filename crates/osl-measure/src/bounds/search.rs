@@ -8,6 +8,7 @@
 use super::calls::Calls;
 use super::defs::Defs;
 use super::domain::{Domain, Tile};
+use super::numbers::Numbers;
 use super::paths::Paths;
 use super::sites::{ProofSite, Sites, Watched, What};
 use super::state::{Program, Walk};
@@ -18,8 +19,7 @@ use crate::sanitize::{Subject, is_written};
 use osl_exec::{PointSource, Services};
 use osl_ir::Span;
 use osl_ir::ir::{Inst, Op};
-use osl_numeric::Real;
-use osl_numeric::interval::{Enclosure, Interval};
+use osl_numeric::interval::Enclosure;
 use osl_syntax::source::SourceMap;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -50,14 +50,13 @@ const POOR: f64 = 0.25;
 struct Walked {
     tile: Tile,
     /// The components of the outputs.
-    numbers: Vec<Interval>,
+    numbers: Vec<Numbers>,
     seen: BTreeMap<ProofSite, super::sites::Seen>,
 }
 
 /// What was found at computed points.
-#[derive(Default)]
 struct Reached {
-    numbers: Vec<Interval>,
+    numbers: Vec<Numbers>,
     wrong: BTreeMap<ProofSite, Vec<f32>>,
     points: usize,
 }
@@ -97,12 +96,21 @@ pub fn prove(
         }
         walked
     };
-    let mut reached = Reached::default();
-    let mut tiles = vec![walk(domain.whole())];
-    let mut walked = 1;
-    reached.add(&walk(domain.whole().middle(domain)));
-    domain.corners().into_iter().for_each(|corner| reached.add(&walk(corner)));
+    // A walk that the time ends shows nothing, so no walk counts from then on.
     let is_over = || subject.limits.halted().is_some();
+    let mut tiles = vec![walk(domain.whole())];
+    if is_over() {
+        tiles = vec![Walked::unknown(program, domain.whole(), &watched)];
+    }
+    let mut walked = 1;
+    let mut reached = Reached::none(&tiles[0]);
+    for point in std::iter::once(domain.whole().middle(domain)).chain(domain.corners()) {
+        let point = walk(point);
+        if is_over() {
+            break;
+        }
+        reached.add(&point);
+    }
     let is_cut = loop {
         let open = open_tiles(&tiles, &reached, domain, effort);
         let chosen: Vec<usize> = open.into_iter().take(ROUND).collect();
@@ -121,6 +129,9 @@ pub fn prove(
                 (at, halves.map(|half| walk_well(half, &reached)), middles)
             })
             .collect();
+        if is_over() {
+            break true;
+        }
         walked += 2 * found.len();
         for (at, [first, second], middles) in found {
             middles.iter().for_each(|middle| reached.add(middle));
@@ -137,6 +148,12 @@ pub fn prove(
 }
 
 impl Walked {
+    /// A tile of which nothing is known.
+    fn unknown(program: Program<'_>, tile: Tile, watched: &Arc<Watched>) -> Walked {
+        let numbers = components(&Walk::unknown(program.body));
+        Walked { tile, numbers, seen: Sites::unknown(program.body, watched).seen }
+    }
+
     /// How much more could be known: by how much an enclosure exceeds the numbers that were reached, at least
     /// one half if a statement is open.
     fn score(&self, reached: &Reached) -> f64 {
@@ -149,7 +166,7 @@ impl Walked {
     }
 
     /// Adds what other walks of the same tile showed. They saw every place that a point reaches.
-    fn meet(&mut self, numbers: &[Interval], sites: &Sites) {
+    fn meet(&mut self, numbers: &[Numbers], sites: &Sites) {
         for (own, other) in self.numbers.iter_mut().zip(numbers) {
             *own = own.meet(*other);
         }
@@ -159,7 +176,7 @@ impl Walked {
                     seen.is_safe |= other.is_safe;
                     seen.values = seen.values.meet(other.values);
                 }
-                None => (seen.is_safe, seen.values) = (true, Interval::NONE),
+                None => (seen.is_safe, seen.values) = (true, Numbers::NONE),
             }
         }
     }
@@ -178,13 +195,17 @@ impl Walked {
 }
 
 impl Reached {
+    /// Nothing, for outputs of the kinds that a tile has.
+    fn none(tile: &Walked) -> Reached {
+        let numbers = tile.numbers.iter().map(|number| number.none()).collect();
+        Reached { numbers, wrong: BTreeMap::new(), points: 0 }
+    }
+
     fn add(&mut self, point: &Walked) {
         self.points += 1;
-        self.numbers.resize(point.numbers.len(), Interval::NONE);
         for (reached, number) in self.numbers.iter_mut().zip(&point.numbers) {
             // What is not known exactly is not known to be reached.
-            let is_known = number.value().is_some() || (number.is_empty() && number.may_be_nan());
-            if is_known {
+            if number.is_known() {
                 *reached = reached.hull(*number);
             }
         }
@@ -210,7 +231,7 @@ fn open_tiles(tiles: &[Walked], reached: &Reached, domain: &Domain, effort: Effo
 }
 
 /// By how much an enclosure exceeds the reached numbers, as a share of their range; at most 1.
-fn excess(x: Interval, reached: Interval) -> f64 {
+fn excess(x: Numbers, reached: Numbers) -> f64 {
     let new_nan = x.may_be_nan() && !reached.may_be_nan();
     if x.is_empty() {
         return if new_nan { 1.0 } else { 0.0 };
@@ -218,28 +239,16 @@ fn excess(x: Interval, reached: Interval) -> f64 {
     if reached.is_empty() || new_nan {
         return 1.0;
     }
-    let [lo, hi] = [reached.lo(), reached.hi()].map(f64::from);
+    let (lo, hi) = (reached.lo(), reached.hi());
     let size = (hi - lo).max(1e-6 * lo.abs().max(hi.abs())).max(1e-30);
-    let beyond = (lo - f64::from(x.lo())).max(f64::from(x.hi()) - hi);
+    let beyond = (lo - x.lo()).max(x.hi() - hi);
     // Infinities that are reached are no excess.
     if beyond.is_nan() { 0.0 } else { (beyond / size).clamp(0.0, 1.0) }
 }
 
-/// The numbers of all outputs, one after the other. Strings and closures have none.
-fn components(outputs: &[Vec<Enclosure>]) -> Vec<Interval> {
-    let numbers = |value: &Enclosure| match value {
-        Enclosure::Int(n) => vec![whole(*n)],
-        other => other.numbers().to_vec(),
-    };
-    outputs.iter().flatten().flat_map(numbers).collect()
-}
-
-/// An int as a float. Those beyond 2^24 are rounded outward.
-fn whole(n: osl_numeric::interval::Whole) -> Interval {
-    match n.is_within(-(1 << 24), 1 << 24) {
-        true => Interval::from_int(n),
-        false => Interval::new((n.lo as f32).next_down(), (n.hi as f32).next_up()),
-    }
+/// The numbers of all outputs, one after the other.
+fn components(outputs: &[Vec<Enclosure>]) -> Vec<Numbers> {
+    outputs.iter().flatten().flat_map(Numbers::of).collect()
 }
 
 fn report(
@@ -249,7 +258,7 @@ fn report(
     (walked, is_cut): (usize, bool),
     shader: &str,
 ) -> Report {
-    let mut bounds = vec![Interval::NONE; reached.numbers.len()];
+    let mut bounds: Vec<Numbers> = reached.numbers.iter().map(|number| number.none()).collect();
     for tile in tiles {
         for (bound, number) in bounds.iter_mut().zip(&tile.numbers) {
             *bound = bound.hull(*number);
@@ -257,13 +266,13 @@ fn report(
     }
     let names = names(subject);
     let output =
-        |((name, component, is_int), (bound, known)): (&(String, String, bool), (&Interval, &Interval))| {
+        |((name, component, is_int), (bound, known)): (&(String, String, bool), (&Numbers, &Numbers))| {
             Output {
                 name: name.clone(),
                 component: component.clone(),
-                lowest: f64::from(bound.lo()),
-                highest: f64::from(bound.hi()),
-                reached: (!known.is_empty()).then(|| [f64::from(known.lo()), f64::from(known.hi())]),
+                lowest: bound.lo(),
+                highest: bound.hi(),
+                reached: known.ends(),
                 never_nan: match (bound.may_be_nan(), known.may_be_nan()) {
                     (false, _) => Verdict::Proven,
                     (true, true) => Verdict::Wrong,
@@ -274,12 +283,12 @@ fn report(
             }
         };
     let outputs = names.iter().zip(bounds.iter().zip(&reached.numbers)).map(output).collect();
-    let mut places: BTreeMap<ProofSite, (bool, Interval)> = BTreeMap::new();
+    let mut places: BTreeMap<ProofSite, (bool, Numbers)> = BTreeMap::new();
     for (place, seen) in tiles.iter().flat_map(|tile| &tile.seen) {
-        let known = places.entry(place.clone()).or_insert((true, Interval::NONE));
+        let known = places.entry(place.clone()).or_insert((true, Numbers::NONE));
         *known = (known.0 && seen.is_safe, known.1.hull(seen.values));
     }
-    let claim = |((span, what), (is_safe, values)): (ProofSite, (bool, Interval))| {
+    let claim = |((span, what), (is_safe, values)): (ProofSite, (bool, Numbers))| {
         let at = reached.wrong.get(&(span, what.clone())).cloned();
         Some(Claim {
             kind: what.kind(),
@@ -289,7 +298,7 @@ fn report(
                 (false, Some(_)) => Verdict::Wrong,
                 (false, None) => Verdict::NotProven,
             },
-            values: (!values.is_empty()).then(|| [f64::from(values.lo()), f64::from(values.hi())]),
+            values: values.ends(),
             at: at.filter(|_| !is_safe),
             what,
         })

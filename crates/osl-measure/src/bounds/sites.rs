@@ -3,25 +3,25 @@
 //! This module must not know how values are bounded.
 
 use super::defs::Defs;
+use super::numbers::Numbers;
 use crate::sanitize::Kind;
 use osl_ir::Span;
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, LaneOp, Op, ValueId};
 use osl_numeric::Domain;
-use osl_numeric::Real;
 use osl_numeric::interval::{Enclosure, Interval, Whole};
-use rustc_hash::FxHashSet;
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The instructions that are watched, by their result.
+/// The instructions that are watched, by their result, and what is to be proved of each.
 #[derive(Debug, Default)]
-pub(super) struct Watched(FxHashSet<ValueId>);
+pub(super) struct Watched(FxHashMap<ValueId, Vec<What>>);
 
 impl Watched {
     /// The instructions of a body for which something can be proved and is not obvious. `is_own` tells
     /// whether the source has an instruction itself, rather than the compiler.
     pub(super) fn of(body: &Body, defs: &Defs, is_own: impl Fn(&Inst) -> bool) -> Watched {
-        let mut watched = FxHashSet::default();
+        let mut watched = FxHashMap::default();
         for block in 0..body.blocks.len() {
             for inst in &body.block(BlockId(block as u32)).insts {
                 let (Op::Lane(op, args), Some(result)) = (&inst.op, inst.results.first()) else { continue };
@@ -31,10 +31,10 @@ impl Watched {
                     .iter()
                     .map(|arg| known(arg).unwrap_or_else(|| Enclosure::any(body.kind(*arg))))
                     .collect();
-                let is_obvious = matches!(op, LaneOp::FDivBy | LaneOp::ModBy | LaneOp::FmodExact)
-                    || judge(*op, &given).is_none_or(|(_, (is_safe, _))| is_safe);
-                if can_fail(*op) && !is_obvious && is_own(inst) {
-                    watched.insert(*result);
+                let open = judge(*op, &given).into_iter().flatten().filter(|(_, (is_safe, _))| !is_safe);
+                let open: Vec<What> = open.map(|(what, _)| what).collect();
+                if can_fail(*op) && !open.is_empty() && is_own(inst) {
+                    watched.insert(*result, open);
                 }
             }
         }
@@ -108,7 +108,7 @@ pub(super) struct Seen {
     /// Whether it is wrong for known values at code that is reached.
     pub(super) is_wrong: bool,
     /// The values of the argument.
-    pub(super) values: Interval,
+    pub(super) values: Numbers,
 }
 
 /// A place of the source, and what is to be proved there.
@@ -128,6 +128,22 @@ impl Sites {
         Sites { watched, seen: BTreeMap::new(), open: 0 }
     }
 
+    /// What is known without a walk: that nothing is proved at any place.
+    pub(super) fn unknown(body: &Body, watched: &Arc<Watched>) -> Sites {
+        let mut sites = Sites::new(watched.clone());
+        for inst in (0..body.blocks.len()).flat_map(|block| &body.block(BlockId(block as u32)).insts) {
+            let of_result = inst.results.first().and_then(|result| watched.0.get(result));
+            let index = match &inst.op {
+                Op::Kernel(Kernel::CheckIndex { name }, _) => Some(What::Index(name.clone())),
+                _ => None,
+            };
+            for what in of_result.into_iter().flatten().cloned().chain(index) {
+                sites.record(inst.span, what, (false, Numbers::NONE), false);
+            }
+        }
+        sites
+    }
+
     /// Adds what was seen on another path.
     pub(super) fn add(&mut self, other: Sites) {
         for ((span, what), seen) in other.seen {
@@ -135,12 +151,12 @@ impl Sites {
         }
     }
 
-    fn record(&mut self, span: Span, what: What, (is_safe, values): (bool, Interval), is_known: bool) {
+    fn record(&mut self, span: Span, what: What, (is_safe, values): (bool, Numbers), is_known: bool) {
         let is_wrong = !is_safe && is_known && self.open == 0;
         let seen = self.seen.entry((span, what)).or_insert(Seen {
             is_safe: true,
             is_wrong: false,
-            values: Interval::NONE,
+            values: Numbers::NONE,
         });
         seen.is_safe &= is_safe;
         seen.is_wrong |= is_wrong;
@@ -150,11 +166,10 @@ impl Sites {
     /// A lane operation gets these arguments.
     pub(super) fn lane(&mut self, op: LaneOp, given: &[Enclosure], inst: &Inst) {
         let Some(result) = inst.results.first() else { return };
-        if !self.watched.0.contains(result) {
-            return;
-        }
+        let Some(open) = self.watched.0.get(result) else { return };
+        let judged = judge(op, given).map(|judged| judged.filter(|(what, _)| open.contains(what)));
         let is_known = given.iter().all(|value| value.value().is_some());
-        if let Some((what, verdict)) = judge(op, given) {
+        for (what, verdict) in judged.into_iter().flatten() {
             self.record(inst.span, what, verdict, is_known);
         }
     }
@@ -168,7 +183,7 @@ impl Sites {
         let is_safe = index.is_within(0, length.lo.saturating_sub(1));
         let is_known = index.value().is_some() && length.value().is_some();
         let what = What::Index(name.clone());
-        self.record(inst.span, what, (is_safe, Interval::from_int(*index)), is_known);
+        self.record(inst.span, what, (is_safe, Numbers::Int(*index)), is_known);
     }
 }
 
@@ -181,44 +196,61 @@ fn hull(parts: &[Interval]) -> Interval {
     parts.iter().fold(Interval::NONE, |hull, part| hull.hull(*part))
 }
 
-/// What is to be proved, whether it holds, and the values for which it was examined. As in `sanitize`, a NaN
-/// among the arguments is not the fault of this operation, except of a conversion to int.
-fn judge(op: LaneOp, given: &[Enclosure]) -> Option<(What, (bool, Interval))> {
+/// What is to be proved, whether it holds, and the values for which it was examined.
+type Judged = (What, (bool, Numbers));
+
+/// What is to be proved of an operation: at most two statements. As in `sanitize`, a NaN among the arguments
+/// is not the fault of this operation, except of a conversion to int.
+fn judge(op: LaneOp, given: &[Enclosure]) -> [Option<Judged>; 2] {
+    match op {
+        LaneOp::IDiv => [judge_divisor(given), judge_ints(op, given)],
+        LaneOp::IMod => [judge_divisor(given), None],
+        LaneOp::IAdd | LaneOp::ISub | LaneOp::IMul | LaneOp::INeg | LaneOp::IAbs => {
+            [judge_ints(op, given), None]
+        }
+        _ => [judge_floats(op, given), None],
+    }
+}
+
+/// That the divisor of an operation on ints is not 0.
+fn judge_divisor(given: &[Enclosure]) -> Option<Judged> {
+    let [_, Enclosure::Int(b)] = given else { return None };
+    Some((What::Divisor, (!b.contains(0), Numbers::Int(*b))))
+}
+
+/// That the result of an operation on ints fits.
+fn judge_ints(op: LaneOp, given: &[Enclosure]) -> Option<Judged> {
+    let (a, b) = match given {
+        [Enclosure::Int(a), Enclosure::Int(b)] => (*a, *b),
+        [Enclosure::Int(a)] => (*a, *a),
+        _ => return None,
+    };
+    let is_reached = !a.is_empty() && !b.is_empty();
+    is_reached.then(|| (What::Overflow, (fits(op, a, b), Numbers::NONE)))
+}
+
+/// What holds for arguments that are floats.
+fn judge_floats(op: LaneOp, given: &[Enclosure]) -> Option<Judged> {
     let all =
         |i: usize, test: fn(Interval) -> bool| parts(given.get(i)).iter().all(|part| test(part.numbers()));
     let at = |i: usize| hull(parts(given.get(i)));
-    let ints = || match given {
-        [Enclosure::Int(a), Enclosure::Int(b)] => Some((*a, *b)),
-        [Enclosure::Int(a)] => Some((*a, *a)),
-        _ => None,
-    };
-    let divisor = |(_, b): (Whole, Whole)| (What::Divisor, (!b.contains(0), Interval::from_int(b)));
+    let floats = |i: usize| Numbers::Float(at(i));
     Some(match op {
-        LaneOp::IDiv | LaneOp::IMod => divisor(ints()?),
-        LaneOp::IAdd | LaneOp::ISub | LaneOp::IMul | LaneOp::INeg | LaneOp::IAbs => {
-            let (a, b) = ints()?;
-            if a.is_empty() || b.is_empty() {
-                return None;
-            }
-            (What::Overflow, (fits(op, a, b), Interval::NONE))
-        }
         LaneOp::ToInt => {
             let x = at(0);
-            (What::Conversion, (!x.may_be_nan() && is_int(x), x))
+            (What::Conversion, (!x.may_be_nan() && is_int(x), Numbers::Float(x)))
         }
-        LaneOp::Smoothstep | LaneOp::Linearstep => {
-            (What::Edges, (ordered(given, 0, 1, true), Interval::NONE))
-        }
-        LaneOp::Clamp => (What::Edges, (ordered(given, 1, 2, false), Interval::NONE)),
-        LaneOp::Pow => (What::Power, (powers(given), at(0))),
+        LaneOp::Smoothstep | LaneOp::Linearstep => (What::Edges, (ordered(given, 0, 1, true), Numbers::NONE)),
+        LaneOp::Clamp => (What::Edges, (ordered(given, 1, 2, false), Numbers::NONE)),
+        LaneOp::Pow => (What::Power, (powers(given), floats(0))),
         _ => match op.domain() {
-            Domain::Divisors => (What::Divisor, (all(1, |x| x.is_empty() || !x.has_zero()), at(1))),
-            Domain::Roots => (What::Root, (all(0, |x| x.is_empty() || x.lo() >= 0.0), at(0))),
-            Domain::Logs => (What::Logarithm, (all(0, |x| x.is_empty() || x.lo() > 0.0), at(0))),
-            Domain::Arcs => (What::Arc, (all(0, |x| x.is_within(-1.0, 1.0)), at(0))),
+            Domain::Divisors => (What::Divisor, (all(1, |x| x.is_empty() || !x.has_zero()), floats(1))),
+            Domain::Roots => (What::Root, (all(0, |x| x.is_empty() || x.lo() >= 0.0), floats(0))),
+            Domain::Logs => (What::Logarithm, (all(0, |x| x.is_empty() || x.lo() > 0.0), floats(0))),
+            Domain::Arcs => (What::Arc, (all(0, |x| x.is_within(-1.0, 1.0)), floats(0))),
             Domain::Directions => {
                 let is_safe = parts(given.first()).iter().any(|x| !x.is_empty() && !x.has_zero());
-                (What::Direction, (is_safe, Interval::NONE))
+                (What::Direction, (is_safe, Numbers::NONE))
             }
             _ => return None,
         },
@@ -227,6 +259,9 @@ fn judge(op: LaneOp, given: &[Enclosure]) -> Option<(What, (bool, Interval))> {
 
 /// Whether every result of an operation on ints fits.
 fn fits(op: LaneOp, a: Whole, b: Whole) -> bool {
+    if op == LaneOp::IDiv {
+        return !(a.contains(i32::MIN) && b.contains(-1));
+    }
     let [a, b] = [[a.lo, a.hi], [b.lo, b.hi]].map(|ends| ends.map(i64::from));
     let is_int = |x: i64| i32::try_from(x).is_ok();
     let pairs = || a.into_iter().flat_map(|a| b.into_iter().map(move |b| (a, b)));

@@ -33,7 +33,7 @@ pub(super) struct Walk<'a> {
     pub(super) paths: &'a mut Paths,
     /// The number of loops and of branches with joined sides around the instruction.
     pub(super) joined: usize,
-    /// Whether no point takes this path.
+    /// Whether no point takes this path, or the walk has to stop.
     pub(super) is_dead: bool,
     /// The number of instructions that may still be walked.
     pub(super) steps: usize,

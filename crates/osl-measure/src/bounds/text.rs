@@ -57,23 +57,27 @@ fn component(output: &Output) -> String {
     let (lowest, highest) = (output.lowest, output.highest);
     let any = if output.is_finite { "may have any finite value" } else { "may have any value" };
     let name = if output.component.is_empty() { String::new() } else { format!("{} ", output.component) };
+    let rounded = |x: f64, down: bool| if output.is_int { x.to_string() } else { outward(x, down) };
+    let is_nan = lowest > highest && output.never_nan != Verdict::Proven;
     let range = match (lowest, highest) {
-        (lo, hi) if lo > hi => "is never a number".to_string(),
-        (lo, hi) if lo == hi => format!("is always {}", outward(lo, true)),
+        _ if is_nan => "is always NaN".to_string(),
+        (lo, hi) if lo > hi => "has no value".to_string(),
+        (lo, hi) if lo == hi => format!("is always {}", rounded(lo, true)),
         (lo, hi) if lo <= -HUGE && hi >= HUGE => any.to_string(),
-        (lo, hi) if hi >= HUGE => format!("is at least {}", outward(lo, true)),
-        (lo, hi) if lo <= -HUGE => format!("is at most {}", outward(hi, false)),
-        (lo, hi) => format!("stays in [{}, {}]", outward(lo, true), outward(hi, false)),
+        (lo, hi) if hi >= HUGE => format!("is at least {}", rounded(lo, true)),
+        (lo, hi) if lo <= -HUGE => format!("is at most {}", rounded(hi, false)),
+        (lo, hi) => format!("stays in [{}, {}]", rounded(lo, true), rounded(hi, false)),
     };
     let nan = match output.never_nan {
-        _ if output.is_int => "",
+        _ if output.is_int || is_nan => "",
         Verdict::Proven => ", never NaN",
         Verdict::Wrong => ", is NaN at some points",
         Verdict::NotProven => ", may be NaN",
     };
     let reached = match output.reached {
         Some([lo, hi]) if lo != hi || output.lowest != output.highest => {
-            format!("; points reach [{}, {}]", outward(lo, false), outward(hi, true))
+            let [from, to] = if output.is_int { [lo, hi].map(|x| x.to_string()) } else { inward(lo, hi) };
+            format!("; points reach [{from}, {to}]")
         }
         _ => String::new(),
     };
@@ -95,6 +99,16 @@ fn outward(x: f64, down: bool) -> String {
     let places = digits.clamp(0, 12) as usize;
     let text = format!("{rounded:.places$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+}
+
+/// Two floats with few digits, rounded towards each other; with all digits if there is no such number between
+/// them.
+fn inward(lo: f64, hi: f64) -> [String; 2] {
+    let ends = [outward(lo, false), outward(hi, true)];
+    match ends.each_ref().map(|end| end.parse::<f64>()) {
+        [Ok(from), Ok(to)] if from > to => [lo, hi].map(|x| format!("{}", x as f32)),
+        _ => ends,
+    }
 }
 
 /// The exponent of a number in decimal notation, as it prints.

@@ -3,14 +3,16 @@
 //! A branch that the tile does not decide is walked on both sides, each under the assumption that its
 //! condition holds (`assume`), and the results are joined; or the tile is walked once for each side
 //! (`cases`). A loop is walked round by round; from a number of rounds on, its variables are widened until
-//! they no longer grow. Every instruction reports what it was given to `sites`. This module must not know how
-//! tiles are chosen.
+//! they no longer grow. A walk has a number of instructions; once it has used them up, each further loop is
+//! walked only once, for any values of its variables. So nested loops cost no more than their depth times
+//! their length. Every instruction reports what it was given to `sites`. This module must not know how tiles
+//! are chosen.
 
 use super::domain::{Tile, shaped};
 use super::paths::Paths;
 use super::sites::{Sites, Watched};
 use super::state::{Arrays, Program, Undo, Walk};
-use osl_ir::ir::{BlockId, Inst, Kernel, Kind, LaneOp, Op, SlotId, Source, ValueId};
+use osl_ir::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, Op, SlotId, Source, ValueId};
 use osl_numeric::interval::{Enclosure, Interval, eval};
 use std::sync::Arc;
 
@@ -18,6 +20,8 @@ use std::sync::Arc;
 const OPEN_ROUNDS: usize = 40;
 /// Instructions of a walk; a loop that needs more is widened.
 const STEPS: usize = 400_000;
+/// Further instructions, for loops that are widened.
+const WIDENING_STEPS: usize = 100_000;
 /// Rounds in which only what grows is widened; then everything that the loop changes may have any value.
 const WIDENED_ROUNDS: usize = 4;
 
@@ -56,7 +60,7 @@ pub(super) fn apart(
 
 impl<'a> Walk<'a> {
     /// Walks the whole body on a path; the result is the enclosures of each output, `None` if no point takes
-    /// this path.
+    /// this path, or if the limits stop the walk.
     pub(super) fn run(
         program: Program<'a>,
         tile: &'a Tile,
@@ -79,7 +83,7 @@ impl<'a> Walk<'a> {
             paths,
             joined: 0,
             is_dead: false,
-            steps: STEPS,
+            steps: STEPS + WIDENING_STEPS,
         };
         walk.block(body.entry);
         if walk.is_dead {
@@ -92,9 +96,22 @@ impl<'a> Walk<'a> {
         Some(body.outputs.iter().map(of).collect())
     }
 
+    /// The enclosures of each output, if nothing is known.
+    pub(super) fn unknown(body: &Body) -> Vec<Vec<Enclosure>> {
+        let any = |output: &osl_ir::ir::Output| match output.source {
+            Source::Value(value) => vec![Enclosure::any(body.kind(value))],
+            Source::Slot(slot) => {
+                let slot = body.slot(slot);
+                vec![Enclosure::any(slot.kind); slot.len.unwrap_or(0) as usize]
+            }
+        };
+        body.outputs.iter().map(any).collect()
+    }
+
     fn block(&mut self, id: BlockId) {
         let body = self.program.body;
         for inst in &body.block(id).insts {
+            self.is_dead |= self.program.calls.limits.halted().is_some();
             self.inst(inst);
             if self.is_dead {
                 return;
@@ -242,13 +259,18 @@ impl<'a> Walk<'a> {
         self.set_all(&inst.results, &results);
     }
 
+    /// Whether loops are widened because the walk is long.
+    fn is_long(&self) -> bool {
+        self.steps <= WIDENING_STEPS
+    }
+
     fn repeat(&mut self, inst: &Inst, repeat: &Repeat<'_>) {
         let mut carried = self.all(repeat.init);
         let mut ends = Ends::default();
         let (mut open, before) = (0, self.sites.open);
         self.joined += 1;
         loop {
-            if open > OPEN_ROUNDS || (self.steps == 0 && open > 0) {
+            if open > OPEN_ROUNDS || self.steps == 0 || (self.is_long() && open > 0) {
                 self.widened(repeat, carried, &mut ends);
                 break;
             }
@@ -261,7 +283,10 @@ impl<'a> Walk<'a> {
                 open += 1;
                 self.sites.open = before + 1;
             }
-            if self.steps == 0 {
+            if self.is_dead {
+                break;
+            }
+            if self.is_long() {
                 // Too long, and perhaps endless.
                 open = OPEN_ROUNDS + 1;
             }
@@ -309,7 +334,8 @@ impl<'a> Walk<'a> {
     fn widened(&mut self, repeat: &Repeat<'_>, mut carried: Vec<Enclosure>, ends: &mut Ends) {
         self.sites.open += 1;
         for round in 0.. {
-            if round == WIDENED_ROUNDS {
+            let is_last = round == WIDENED_ROUNDS || self.steps == 0;
+            if is_last {
                 carried = carried.iter().map(|value| Enclosure::any(value.kind())).collect();
                 for (array, slot) in self.arrays.iter_mut().zip(&self.program.body.slots) {
                     array.fill(Enclosure::any(slot.kind));
@@ -317,7 +343,7 @@ impl<'a> Walk<'a> {
             }
             let arrays = self.arrays.clone();
             let Some(next) = self.once(repeat, &carried, ends) else { return };
-            if round == WIDENED_ROUNDS {
+            if is_last || self.is_dead {
                 // Nothing is left out.
                 return;
             }

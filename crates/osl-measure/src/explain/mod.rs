@@ -55,7 +55,7 @@ impl Subject {
         passes::apply(&mut noted, passes::Pass::Slice, options);
         let sites = Sites::of(&noted);
         let passed = sites::passed(&noted, &sites, options, sources);
-        let needs = Needs::of(&noted, &passed.known(&sites));
+        let needs = Needs::of(&noted, &passed.known(&sites), &options.limits);
         let mut outputs: Vec<String> = Vec::new();
         for output in &noted.outputs {
             if !outputs.iter().any(|known| **known == *output.name) {

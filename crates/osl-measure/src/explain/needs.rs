@@ -1,10 +1,12 @@
 //! What the requested outputs need, assignment by assignment.
 //!
 //! It walks a lowered body with notes backwards, before variables become values, and finds the variables that
-//! may still be read. An assignment is needed if its variable is. This module must not know what happened at
-//! a point.
+//! may still be read. An assignment is needed if its variable is. An outermost loop is walked until a walk
+//! finds nothing new; the loops in it are walked once each time, so that the cost of nested loops does not
+//! grow with a power of their depth. This module must not know what happened at a point.
 
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, Note, Op, SlotId, Source, ValueId};
+use osl_limits::Limits;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// What the outputs of a body need.
@@ -23,9 +25,10 @@ impl Needs {
     }
 
     /// The needs of the outputs of a body; `known` has the conditions that are always true or always false.
-    pub(super) fn of(body: &Body, known: &FxHashMap<ValueId, bool>) -> Needs {
+    /// If the limits stop the walk, some needs are missing.
+    pub(super) fn of(body: &Body, known: &FxHashMap<ValueId, bool>, limits: &Limits) -> Needs {
         let mut live = Live::new(body.slots.len());
-        let mut walk = Walk::new(body, known);
+        let mut walk = Walk::new(body, known, limits);
         for output in &body.outputs {
             match output.source {
                 Source::Slot(slot) => live.add(slot),
@@ -36,7 +39,7 @@ impl Needs {
         let (values, unused) = (std::mem::take(&mut walk.values), walk.unused());
         // If all variables were read at the end, these would still be unused.
         let mut all = Live::all(body.slots.len());
-        let mut walk = Walk::new(body, known);
+        let mut walk = Walk::new(body, known, limits);
         walk.block(body.entry, &mut all);
         Needs { unused, again: walk.unused(), values }
     }
@@ -79,25 +82,41 @@ impl Live {
 struct Walk<'a> {
     body: &'a Body,
     known: &'a FxHashMap<ValueId, bool>,
+    limits: &'a Limits,
     values: Vec<bool>,
     /// Sites of needed assignments.
     used: FxHashSet<u32>,
     /// Sites of all assignments.
-    sets: Vec<u32>,
-    /// The slots that are live where each loop begins, as far as known. They are kept from one visit to the
-    /// next, so that nested loops are not walked again and again.
-    heads: Vec<Option<Live>>,
+    sets: FxHashSet<u32>,
+    /// What is known of each loop, by its block. It only grows from one visit to the next.
+    loops: FxHashMap<BlockId, LoopState>,
+    /// The number of loops around the instruction.
+    depth: usize,
+    /// Whether anything new was found since the last walk of the outermost loop began.
+    is_new: bool,
+}
+
+/// What is known of a loop.
+#[derive(Clone)]
+struct LoopState {
+    /// The slots that are live where it begins.
+    head: Live,
+    /// Whether it does something that is needed.
+    does: bool,
 }
 
 impl Walk<'_> {
-    fn new<'a>(body: &'a Body, known: &'a FxHashMap<ValueId, bool>) -> Walk<'a> {
+    fn new<'a>(body: &'a Body, known: &'a FxHashMap<ValueId, bool>, limits: &'a Limits) -> Walk<'a> {
         Walk {
             body,
             known,
+            limits,
             values: vec![false; body.values.len()],
             used: FxHashSet::default(),
-            sets: Vec::new(),
-            heads: vec![None; body.blocks.len()],
+            sets: FxHashSet::default(),
+            loops: FxHashMap::default(),
+            depth: 0,
+            is_new: false,
         }
     }
 
@@ -108,6 +127,7 @@ impl Walk<'_> {
 
     fn need(&mut self, value: ValueId) {
         if let Some(flag) = self.values.get_mut(value.index()) {
+            self.is_new |= !*flag;
             *flag = true;
         }
     }
@@ -133,7 +153,7 @@ impl Walk<'_> {
         match &inst.op {
             Op::Kernel(Kernel::Note { site, note }, _) => {
                 if let Note::Set(_) = note {
-                    self.sets.push(*site);
+                    self.sets.insert(*site);
                     *pending = Some(*site);
                 }
                 false
@@ -217,32 +237,32 @@ impl Walk<'_> {
         }
     }
 
-    /// Walks a loop until what is live at its beginning no longer grows. Its body runs at least once.
+    /// Walks a loop. Its body runs at least once.
     fn a_loop(&mut self, body: BlockId, cond: ValueId, live: &mut Live) -> bool {
-        let mut does = false;
         loop {
-            let known = self.heads.get_mut(body.index()).and_then(Option::take);
-            let mut head = live.clone();
-            if let Some(known) = &known {
-                head.join(known);
+            if self.depth == 0 {
+                self.is_new = false;
             }
+            let known = self.loops.get(&body).cloned();
+            let mut does = known.as_ref().is_some_and(|known| known.does);
             if does {
                 self.need(cond);
             }
-            let did = self.block(body, &mut head);
-            if let Some(known) = &known {
-                head.join(known);
-            }
-            let same = known.as_ref() == Some(&head) && did == does;
-            does |= did;
-            if let Some(place) = self.heads.get_mut(body.index()) {
-                *place = Some(head.clone());
-            }
-            if same {
+            let mut head = live.clone();
+            known.iter().for_each(|known| head.join(&known.head));
+            self.depth += 1;
+            does |= self.block(body, &mut head);
+            self.depth -= 1;
+            known.iter().for_each(|known| head.join(&known.head));
+            let is_same = known.is_some_and(|known| known.does == does && known.head == head);
+            self.is_new |= !is_same;
+            let is_done = self.depth > 0 || !self.is_new || self.limits.halted().is_some();
+            if is_done && does {
                 // A loop that does nothing is dropped: then what is live after it is live before it.
-                if does {
-                    *live = head;
-                }
+                live.clone_from(&head);
+            }
+            self.loops.insert(body, LoopState { head, does });
+            if is_done {
                 return does;
             }
         }

@@ -66,3 +66,14 @@ fn tools_get_numbers() {
     let (code, ..) = run(folder.path(), "@/s.osl --on sphere");
     assert_eq!(code, 2);
 }
+
+#[test]
+fn numbers_of_a_text_are_in_order_and_whole_where_they_are_ints() {
+    let folder = folder();
+    let shader = "shader t(output int n = 0, output float x = 0, output float y = 0, output int k = 0)\n{\n    \
+                  float inf = 1e38 * (10 + u);\n    n = 20000000 + (int)(u * 100);\n    x = inf - inf;\n    \
+                  y = cellnoise(inf * (u - 0.5));\n    k = (-2147483647 - 1 + (int)u) / -1;\n}\n";
+    std::fs::write(folder.path().join("t.osl"), shader).unwrap();
+    let (_, out, _) = run(folder.path(), "@/t.osl --tiles 400");
+    insta::assert_snapshot!(out);
+}

@@ -556,6 +556,22 @@ fn explanations_are_those_of_explain() {
 }
 
 #[test]
+fn points_of_nested_loops_are_explained_as_far_as_the_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let loops: String = (0..40).map(|i| format!("for (int i{i} = 0; i{i} < 2; i{i}++)\n")).collect();
+    let file = folder.path().join("nest.osl");
+    std::fs::write(&file, format!("shader nest(output float r = 0)\n{{\n{loops}    r += 1;\n}}\n")).unwrap();
+    let file = file.display().to_string();
+    let studio = Studio::start(Path::new("."), &[&file, "-g", "2x2", "--limit", "running.trace=20000"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    page.until("shader");
+    page.point(0, 0);
+    let (found, _) = page.until("explanation");
+    assert_eq!(found["explanation"]["cut"], true, "{found}");
+}
+
+#[test]
 fn the_layer_of_the_cost_shows_the_steps() {
     let folder = tempfile::tempdir().unwrap();
     let text = "shader s(output float f = 0) { for (int i = 0; i < 4 * u; i++) f += i; }";
