@@ -377,6 +377,14 @@ impl Lvalue {
     pub fn is_plain(&self) -> bool {
         self.path.iter().all(|step| matches!(step, Step::Field(_)))
     }
+
+    /// Whether both are the same variable, or the same field of one, without any index.
+    pub fn is_same_variable(&self, other: &Lvalue) -> bool {
+        let field = |step: &Step| if let Step::Field(n) = step { Some(*n) } else { None };
+        self.var == other.var
+            && self.path.len() == other.path.len()
+            && self.path.iter().zip(&other.path).all(|(a, b)| field(a).is_some() && field(a) == field(b))
+    }
 }
 
 /// One step from a variable to a part of it.
