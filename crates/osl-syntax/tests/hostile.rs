@@ -73,10 +73,10 @@ fn chains_that_are_nested_in_each_other_have_a_limit() {
 
 #[test]
 fn a_part_of_a_long_line_is_shown() {
-    let text = format!("shader s() {{ float a; {}b c; }}\n", "a = 1; ".repeat(1000));
+    let text = format!("shader s() {{ float a; {}b = ; }}\n", "a = 1; ".repeat(1000));
     let parsed = lenient(&text);
     let shown = render(&parsed.diagnostics, &parsed.sources, RenderStyle::default());
-    assert!(shown.contains("a = 1; b c; }"), "{shown}");
+    assert!(shown.contains("a = 1; b = ; }"), "{shown}");
     assert!(shown.lines().all(|line| line.len() < 200), "{shown}");
 }
 

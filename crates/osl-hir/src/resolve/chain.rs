@@ -5,13 +5,10 @@
 //! same values as that of the whole chain.
 
 use super::Resolver;
-use crate::hir::{Expr, ExprKind, Init, Lvalue, Stmt, StmtKind, Var, VarId, VarKind};
+use crate::hir::{CHAIN, Expr, ExprKind, Init, Lvalue, Stmt, StmtKind, Var, VarId, VarKind};
 use osl_ir::types::Type;
 use osl_syntax::ast::{self, BinaryOp, ExprId, StmtId};
 use osl_syntax::span::Span;
-
-/// The name of the variables: names of the language do not begin with three underscores.
-const NAME: &str = "___chain";
 
 impl Resolver<'_> {
     /// A binary operator, with those that are its left operands.
@@ -61,7 +58,7 @@ impl Resolver<'_> {
     /// A new variable that no source can name.
     fn unnamed(&mut self, ty: Type, span: Span) -> Lvalue {
         let var = VarId(self.vars.len() as u32);
-        self.vars.push(Var { name: NAME.into(), ty, kind: VarKind::Local, span });
+        self.vars.push(Var { name: CHAIN.into(), ty, kind: VarKind::Local, span });
         Lvalue { var, path: Vec::new(), ty, span }
     }
 
