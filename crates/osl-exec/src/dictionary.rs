@@ -2,8 +2,8 @@
 //!
 //! A document is parsed once per run and kept as a flat tree. Paths are a subset of XPath: steps over
 //! children (`/`), descendants (`//`), `.`, `..` and the axes with names (`descendant::`), names and `*`,
-//! predicates `[2]`, `[last()]`, `[position()<3]`, `[@a]`, `[@a='x']`, `[@a>=2]`, `[a]`, `[a!='x']`, `[.='x']`,
-//! and unions `a|b`. Numbers of nodes are hashes of document, path and position, so that they do
+//! predicates `[2]`, `[last()]`, `[position()<3]`, `[@a]`, `[@a='x']`, `[@a>=2]`, `[a]`, `[a!='x']`,
+//! `[.='x']`, and unions `a|b`. Numbers of nodes are hashes of document, path and position, so that they do
 //! not depend on which point searched first; and a point knows only the nodes that it found itself. This
 //! module must not know lanes or files.
 

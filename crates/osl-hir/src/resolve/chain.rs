@@ -1,8 +1,8 @@
-//! Chains of binary operators and of `else if`: their links are followed in a loop, and long ones are cut into
-//! pieces, so that the resolved tree is not deep (see `Cuts` of the syntax tree).
+//! Chains of binary operators and of `else if`.
 //!
-//! The value of a piece is kept in a variable that no source can name. Evaluation has the same order and the
-//! same values as that of the whole chain.
+//! Their links are followed in a loop, and long chains are cut into pieces, so that the resolved tree is not
+//! deep (see `Cuts` of the syntax tree). The value of a piece is kept in a variable that no source can name.
+//! Evaluation has the same order and the same values as that of the whole chain.
 
 use super::Resolver;
 use crate::hir::{CHAIN, Expr, ExprKind, Init, Lvalue, Stmt, StmtKind, Var, VarId, VarKind};
