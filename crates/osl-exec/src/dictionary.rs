@@ -1,8 +1,9 @@
 //! Dictionaries: XML that a shader searches.
 //!
 //! A document is parsed once per run and kept as a flat tree. Paths are a subset of XPath: steps over
-//! children (`/`) and descendants (`//`), names and `*`, and predicates `[2]`, `[last()]`, `[@a]`,
-//! `[@a='x']`, `[a]`, `[a='x']`. Numbers of nodes are hashes of document, path and position, so that they do
+//! children (`/`), descendants (`//`), `.`, `..` and the axes with names (`descendant::`), names and `*`,
+//! predicates `[2]`, `[last()]`, `[position()<3]`, `[@a]`, `[@a='x']`, `[@a>=2]`, `[a]`, `[a!='x']`,
+//! `[.='x']`, and unions `a|b`. Numbers of nodes are hashes of document, path and position, so that they do
 //! not depend on which point searched first; and a point knows only the nodes that it found itself. This
 //! module must not know lanes or files.
 
@@ -10,12 +11,12 @@ mod path;
 mod tree;
 
 use osl_limits::Limits;
-use path::steps;
+use path::paths;
 use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
 use std::collections::VecDeque;
 use std::hash::{Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
-use tree::Tree;
+use tree::{Tree, tidy};
 
 /// Steps for each byte of a parsed document, and bytes of text that one step searches or copies.
 const PARSING: u64 = 2;
@@ -173,13 +174,18 @@ impl<'a> Dictionaries<'a> {
             }
         };
         path.hash(&mut hasher);
-        let steps = steps(path).ok_or_else(|| format!("unsupported path \"{}\"", path.escape_debug()))?;
+        let paths = paths(path).ok_or_else(|| format!("unsupported path \"{}\"", path.escape_debug()))?;
         if !affords(Cost { steps: path.len() as u64, bytes: 0 }) {
             return Ok(0);
         }
         let most = self.documents.limits.running.xml_found as usize;
         let mut visit = |steps| affords(Cost { steps, bytes: 0 });
-        let Some(list) = tree.search(element, &steps, most, &mut visit) else { return Ok(0) };
+        let mut list = Vec::new();
+        for steps in &paths {
+            let Some(mut found) = tree.search(element, steps, most, &mut visit) else { return Ok(0) };
+            list.append(&mut found);
+        }
+        tidy(&mut list, most);
         if list.is_empty() {
             return Ok(0);
         }
@@ -264,6 +270,18 @@ mod tests {
         assert_eq!(names("//b[@k]"), ["n1"]);
         assert_eq!(names("//b[c='deep']"), ["n1"]);
         assert_eq!(names("//zz"), Vec::<String>::new());
+        assert_eq!(names("//b[1]"), ["n1", "n3"]);
+        assert_eq!(names("//c/.."), ["n1"]);
+        assert_eq!(names("/a/d/../b[2]"), ["n2"]);
+        assert_eq!(names("/a/descendant::b"), ["n1", "n2", "n3"]);
+        assert_eq!(names("/a/child::b/self::b"), ["n1", "n2"]);
+        assert_eq!(names("/a/b[position()>=2]"), ["n2"]);
+        assert_eq!(names("/a/b[position()=last()]"), ["n2"]);
+        assert_eq!(names("//b[@k>2.5]"), ["n1"]);
+        assert_eq!(names("//b[@k<=2.5]"), Vec::<String>::new());
+        assert_eq!(names("//b[@name!='n2']"), ["n1", "n3"]);
+        assert_eq!(names("//b[.='yo']"), ["n2"]);
+        assert_eq!(names("//d/b | /a/b[@name='a|b'] | /a/b[1]"), ["n1", "n3"]);
     }
 
     #[test]
@@ -274,7 +292,10 @@ mod tests {
         let b = find(&Start::Document(TEXT), "/a/b").unwrap_or(0);
         let c = find(&Start::Node(b), "c").unwrap_or(0);
         assert!(find(&Start::Document("<a"), "/a").is_err());
-        assert!(find(&Start::Document(TEXT), "//b[position()<2]").is_err());
+        for path in ["//b[contains(@k,'3')]", "ancestor::a", "/a/b/@k", "/a/b/text()", "/a|", "/a/...", "b c"]
+        {
+            assert!(find(&Start::Document(TEXT), path).is_err(), "{path}");
+        }
         assert_eq!(find(&Start::Node(12345), "b"), Ok(0));
         assert_eq!(all.value(Some(3), b, ""), Some("hideep"));
         assert_eq!(all.value(Some(3), b, "none"), None);
@@ -294,7 +315,7 @@ mod tests {
         assert!(Tree::parse(&format!("<r{attributes}/>"), &limits).is_err());
         assert!(Tree::parse(&"<a xmlns:b='c'>".repeat(n), &limits).is_err());
         // Each step of a search is charged for what it examines, whether it finds anything or not.
-        let steps = steps("//a//a//a").unwrap();
+        let steps = paths("//a//a//a").unwrap().remove(0);
         let mut left = 200_000_u64;
         let mut affords = |steps: u64| {
             left = left.saturating_sub(steps);

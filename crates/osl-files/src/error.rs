@@ -46,6 +46,9 @@ pub enum FileError {
     /// The name belongs to something other than a file.
     #[error("it is {}, not a file", .0.name())]
     NotAFile(Kind),
+    /// The file may be read, but not changed.
+    #[error("it is write-protected")]
+    Protected,
     /// The file is longer than the limit, in bytes.
     #[error("it has more than {0} bytes")]
     TooLong(u64),
@@ -81,6 +84,11 @@ impl FileError {
             io::ErrorKind::IsADirectory => FileError::NotAFile(Kind::Folder),
             _ => FileError::Io { step, source },
         }
+    }
+
+    /// The reason without the step, for a message that names the step itself.
+    pub fn reason(&self) -> String {
+        if let FileError::Io { source, .. } = self { source.to_string() } else { self.to_string() }
     }
 
     /// Whether there is no file, rather than one that is refused.

@@ -116,7 +116,7 @@ impl Roots {
         };
         let about = file.metadata().map_err(FileError::io("look at the file"))?;
         if about.permissions().readonly() {
-            return Err(FileError::io("write the file")(std::io::ErrorKind::PermissionDenied.into()));
+            return Err(FileError::Protected);
         }
         Ok(real)
     }

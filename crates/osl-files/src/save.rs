@@ -71,12 +71,14 @@ impl Seek for PartFile {
 }
 
 impl Unsaved {
-    /// Creates an empty file for a path that the user named. Links are followed.
+    /// Creates an empty file for a path that the user named. Links are followed, also to files that do not
+    /// exist yet.
     ///
     /// # Errors
-    /// The path belongs to a folder, a socket or a disk, its folder does not exist, or the system refuses.
+    /// The path belongs to a folder, a socket or a disk, the file is write-protected, its folder does not
+    /// exist, or the system refuses.
     pub fn new(path: &Path) -> Result<Unsaved, SaveError> {
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let target = fs::canonicalize(path).unwrap_or_else(|_| followed(path));
         Unsaved::at(path, target).map_err(SaveError::of(path))
     }
 
@@ -134,6 +136,7 @@ impl Unsaved {
         let look = FileError::io("look at the file");
         let content = match fs::metadata(&target) {
             Ok(old) => match open::kind_of(old.file_type()) {
+                None if is_protected(&target, &old) => return Err(FileError::Protected),
                 None => part_beside(&target, Some(old.permissions()))?,
                 Some(kind @ (Kind::Folder | Kind::Socket)) => return Err(FileError::NotAFile(kind)),
                 Some(Kind::Device) if is_disk(&old) => return Err(FileError::NotAFile(Kind::Device)),
@@ -258,6 +261,29 @@ const REPLACE: &str = "replace the file";
 pub fn is_plain_name(name: &str) -> bool {
     let plain = |c: char| !c.is_control() && !matches!(c, '/' | '\\');
     !name.is_empty() && !matches!(name, "." | "..") && name.chars().all(plain)
+}
+
+/// Links that are followed from one name; a longer chain is probably a circle.
+const MAX_LINKS: usize = 40;
+
+/// Where a link leads whose target does not exist. Other paths stay as they are.
+fn followed(path: &Path) -> PathBuf {
+    let mut at = path.to_owned();
+    for _ in 0..MAX_LINKS {
+        match fs::read_link(&at) {
+            Ok(target) => at = folder_of(&at).join(target),
+            Err(_) => return at,
+        }
+    }
+    path.to_owned()
+}
+
+/// Whether a file must not be changed: renaming another file to its name would not ask for permission.
+fn is_protected(target: &Path, about: &fs::Metadata) -> bool {
+    let refused = |e: &io::Error| e.kind() == io::ErrorKind::PermissionDenied;
+    // Nothing is appended.
+    about.permissions().readonly()
+        || fs::OpenOptions::new().append(true).open(target).is_err_and(|e| refused(&e))
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -219,6 +219,36 @@ fn places_that_are_no_files() {
 }
 
 #[test]
+fn what_is_write_protected_stays() {
+    let dir = tempfile::tempdir().unwrap();
+    let guarded = dir.path().join("guarded");
+    fs::write(&guarded, "old").unwrap();
+    symlink("guarded", dir.path().join("link")).unwrap();
+    let mut permissions = fs::metadata(&guarded).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&guarded, permissions).unwrap();
+    for name in ["guarded", "link"] {
+        let error = replace(&dir.path().join(name), b"new").unwrap_err();
+        assert!(matches!(error.error, FileError::Protected), "{error}");
+        assert!(Unsaved::derived(dir.path(), name).is_err());
+    }
+    assert_eq!(fs::read_to_string(&guarded).unwrap(), "old");
+}
+
+#[test]
+fn links_to_nothing_are_followed() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::create_dir(dir.path().join("sub")).unwrap();
+    symlink("second", dir.path().join("first")).unwrap();
+    symlink("sub/new", dir.path().join("second")).unwrap();
+    symlink("none/new", dir.path().join("lost")).unwrap();
+    replace(&dir.path().join("first"), b"1").unwrap();
+    assert_eq!(fs::read_to_string(dir.path().join("sub/new")).unwrap(), "1");
+    assert!(fs::symlink_metadata(dir.path().join("second")).unwrap().is_symlink());
+    assert!(replace(&dir.path().join("lost"), b"1").is_err());
+}
+
+#[test]
 fn only_existing_files_below_a_root_are_replaced_as_a_whole() {
     let (dir, inside, roots) = place();
     symlink("sub/b", inside.join("good")).unwrap();
@@ -241,7 +271,7 @@ fn only_existing_files_below_a_root_are_replaced_as_a_whole() {
         ("missing", MISSING),
         ("sub", "it is a folder, not a file"),
         (".hidden", "names that begin with a dot are not written"),
-        ("guarded", "cannot write the file: permission denied"),
+        ("guarded", "it is write-protected"),
     ] {
         assert_eq!(put(name).unwrap_err().error.to_string(), why, "{name}");
     }

@@ -15,6 +15,10 @@ use std::sync::{Arc, OnceLock};
 /// The program grows beyond its budget: the text of a compiled shader, or functions when they are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
 
+/// The name of variables that hold a piece of a long chain of operators or of `else if`. Names of the language
+/// do not begin with three underscores.
+pub const CHAIN: &str = "___chain";
+
 /// Index of a variable in [`Program::vars`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct VarId(pub u32);
@@ -376,6 +380,14 @@ impl Lvalue {
     /// Whether it is a variable, or a field of one, without any index.
     pub fn is_plain(&self) -> bool {
         self.path.iter().all(|step| matches!(step, Step::Field(_)))
+    }
+
+    /// Whether both are the same variable, or the same field of one, without any index.
+    pub fn is_same_variable(&self, other: &Lvalue) -> bool {
+        let field = |step: &Step| if let Step::Field(n) = step { Some(*n) } else { None };
+        self.var == other.var
+            && self.path.len() == other.path.len()
+            && self.path.iter().zip(&other.path).all(|(a, b)| field(a).is_some() && field(a) == field(b))
     }
 }
 

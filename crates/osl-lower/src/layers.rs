@@ -324,24 +324,31 @@ impl<'a> Lowerer<'a> {
         done: &[Option<Lowered>],
     ) {
         let whole = |c: &&&Connection| c.to.fields.is_empty() && c.to.component.is_none();
-        // The last connection of the whole parameter overrides all earlier ones.
-        let sources = match sources.iter().rposition(|c| whole(&c)) {
-            Some(at) => &sources[at..=at],
-            None => {
-                self.own_value(storage, ty, param);
-                sources
+        // The last connection of the whole parameter overrides all others; yet their layers run.
+        let winner = sources.iter().rposition(|c| whole(&c));
+        match winner {
+            Some(at) => {
+                let notes = std::mem::take(&mut self.b.notes);
+                let others = sources.iter().enumerate().filter(|(index, _)| *index != at);
+                others.for_each(|(_, connection)| self.carry(storage, connection, done));
+                self.b.notes = notes;
             }
-        };
-        for connection in sources {
-            if !self.has_room() {
-                return;
-            }
-            let from = done.get(connection.from.layer).and_then(Option::as_ref);
-            let end = &connection.from;
-            let from = from.and_then(|lowered| part(lowered.params.get(end.param)?, &end.fields));
-            if let (Some(from), Some(to)) = (from, part(storage, &connection.to.fields)) {
-                self.connect(&to, connection.to.component, &from, connection.from.component);
-            }
+            None => self.own_value(storage, ty, param),
+        }
+        let taken = winner.map_or(sources, |at| &sources[at..=at]);
+        taken.iter().for_each(|connection| self.carry(storage, connection, done));
+    }
+
+    /// Copies the value of one connection.
+    fn carry(&mut self, storage: &Storage, connection: &Connection, done: &[Option<Lowered>]) {
+        if !self.has_room() {
+            return;
+        }
+        let from = done.get(connection.from.layer).and_then(Option::as_ref);
+        let end = &connection.from;
+        let from = from.and_then(|lowered| part(lowered.params.get(end.param)?, &end.fields));
+        if let (Some(from), Some(to)) = (from, part(storage, &connection.to.fields)) {
+            self.connect(&to, connection.to.component, &from, connection.from.component);
         }
     }
 

@@ -4,7 +4,7 @@
 //! caller has its own name within the function. Without notes this module writes nothing.
 
 use super::{Lowerer, Storage};
-use osl_hir::hir::{FunctionId, Lvalue, Step, VarId, VarKind};
+use osl_hir::hir::{CHAIN, FunctionId, Lvalue, Step, VarId, VarKind};
 use osl_ir::ir::{Axis, Kind, Note, SlotId, ValueId, note_text};
 use osl_ir::types::{Base, Type};
 use osl_syntax::span::Span;
@@ -46,7 +46,7 @@ impl Lowerer<'_> {
         let args = [element, Some(value)];
         let mut args: Vec<ValueId> = args.into_iter().flatten().collect();
         let name = self.told_name(slot);
-        if name.is_empty() {
+        if name.is_empty() || &*name == CHAIN {
             return;
         }
         if self.telling.derivs && matches!(self.b.body.kind(value), Kind::Float | Kind::Triple) {

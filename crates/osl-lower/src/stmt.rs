@@ -3,7 +3,7 @@
 use super::flow::{self, Flow, RETURNED};
 use super::{LoopFlags, Lowerer};
 use osl_hir::builtins::Emitted;
-use osl_hir::hir::{Expr, Stmt, StmtKind};
+use osl_hir::hir::{CHAIN, Expr, ExprKind, Stmt, StmtKind, VarId};
 use osl_ir::ir::{BlockId, Const, Kind, LaneOp, Note, Op, SlotId, Test, ValueId, Values};
 use osl_limits::Compiling;
 use osl_syntax::span::Span;
@@ -114,15 +114,23 @@ impl Lowerer<'_> {
         }
     }
 
+    fn is_of_chain(&self, var: VarId) -> bool {
+        self.program.vars.get(var.0 as usize).is_some_and(|var| &*var.name == CHAIN)
+    }
+
     fn branch(&mut self, cond: &Expr, then: impl FnOnce(&mut Self), otherwise: impl FnOnce(&mut Self)) {
         let place = cond.span;
         let before = self.ops_so_far();
+        // No source has the test whether a long chain goes on.
+        let written = !matches!(&cond.kind, ExprKind::Read(place) if self.is_of_chain(place.var));
         self.reads_for("if", 0);
         let cond = self.truth(cond);
         self.count_op();
         let tested = self.ops_so_far();
         self.at(place);
-        self.b.note(&[cond], |_| Note::Branch(Test::If));
+        if written {
+            self.b.note(&[cond], |_| Note::Branch(Test::If));
+        }
         let then = |l: &mut Self| {
             l.tap_branch(place, true);
             then(l);

@@ -92,6 +92,10 @@ const CASES: &[(&str, &str)] = &[
     ("E0502", "float a(float x) { return; }\nshader s() { return 1; }"),
     ("E0503", "shader s(float a) {}"),
     ("E0504", "float a(float x = 1) { return x; }\nshader s() {}"),
+    (
+        "E0312-passed",
+        "void g(float y) { y += 1; }\nvoid f(float x, float t) { g(x); x = t; }\nvoid idle() { f(1, 2); }\nstruct A { float a; };\nshader s(float in = 1, A all = { 1 }, output float r = 0) { f(in, in); f(all.a, 1); f(r, in); f(in + 1, r); f(2, r); }",
+    ),
     ("E0505", "struct A { float x; };\nshader s(A list[2] = {}, output float o[] = { 1 }) {}"),
     (
         "E0506",
@@ -201,4 +205,15 @@ fn each_code_has_its_snapshot() {
     // E0311 is for trees that no parser has checked; E0208 is tested among the hostile files.
     let missing: Vec<_> = all.difference(&seen).filter(|code| !["E0208", "E0311"].contains(code)).collect();
     assert!(missing.is_empty(), "codes without a case: {missing:?}");
+}
+
+#[test]
+fn arrays_nest_through_structs_only_by_default() {
+    let text = "struct A { float x[2]; };\nshader s(output float r = 0) { A list[2]; list[1].x[0] = u; r = list[1].x[0]; }";
+    for strict in [false, true] {
+        let parsed = parse("case.osl", text, &NoFiles, &Options { strict, ..Options::default() });
+        let resolved = resolve_parsed(&parsed, Reports::Once, &Limits::default());
+        let codes: Vec<&str> = resolved.diagnostics.iter().map(|d| d.code.id).collect();
+        assert_eq!(codes, if strict { &["E0310"][..] } else { &[] });
+    }
 }

@@ -7,6 +7,7 @@
 use crate::gaps::Gaps;
 use crate::span::Span;
 pub use crate::words::{BinaryOp, ShaderKind, TypeName, UnaryOp};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// An identifier and its location.
@@ -37,6 +38,21 @@ pub struct Ast {
     pub stmts: Vec<Stmt>,
     /// The parts of the file that are missing from the tree.
     pub gaps: Gaps,
+    /// Where long chains are cut.
+    pub cuts: Cuts,
+    /// Whether later stages, too, refuse whatever the reference refuses.
+    pub strict: bool,
+}
+
+/// The places where chains `a + b + c …` and `if … else if …` of hundreds of links are cut into pieces. A
+/// chain is no deeper than its longest piece for visitors that treat the pieces one after another; the tree
+/// itself has a level for each link, so visitors follow its links in a loop.
+#[derive(Clone, Debug, Default)]
+pub struct Cuts {
+    /// Binary operators whose left operand is the end of a piece.
+    pub operators: HashSet<ExprId>,
+    /// `if` statements whose `else` begins a piece.
+    pub branches: HashSet<StmtId>,
 }
 
 impl Ast {

@@ -4,7 +4,9 @@
 //! The rules accept any expression as an assignment target and any list as an initialiser, so that the
 //! message can state the mistake instead of an unexpected token. This module must not know types or names.
 
+mod chains;
 mod declare;
+mod depth;
 mod express;
 mod operators;
 
@@ -27,8 +29,8 @@ pub(crate) struct Builder<'a> {
     pub(crate) ast: Ast,
     pub(crate) diagnostics: Sink,
     /// The depth of the subtree below each expression and statement, so that later visitors may recurse.
-    expr_depths: Vec<u32>,
-    stmt_depths: Vec<u32>,
+    expr_depths: Vec<chains::Depth>,
+    stmt_depths: Vec<chains::Depth>,
     /// The operands of all chains of operators that wait for an operand on their right.
     lefts: Vec<operators::Left>,
     too_deep: bool,
@@ -40,7 +42,7 @@ impl<'a> Builder<'a> {
             tokens,
             spans,
             options,
-            ast: Ast::default(),
+            ast: Ast { strict: options.strict, ..Ast::default() },
             diagnostics: Sink::new(options.limits.reading.diagnostics),
             expr_depths: Vec::new(),
             stmt_depths: Vec::new(),
@@ -73,91 +75,41 @@ impl<'a> Builder<'a> {
     }
 
     fn expr_at(&mut self, span: Span, kind: ExprKind) -> ExprId {
-        let depth = 1 + self.children_depth(&kind);
-        if u64::from(depth) > self.options.limits.reading.nesting {
+        let (depth, cut) = self.expr_depth(&kind);
+        if u64::from(depth.whole()) > self.options.limits.reading.nesting {
             self.deep(span);
-            self.expr_depths.push(0);
+            self.expr_depths.push(chains::Depth::default());
             return self.ast.expr(span, ExprKind::Error);
         }
         self.expr_depths.push(depth);
-        self.ast.expr(span, kind)
+        let id = self.ast.expr(span, kind);
+        if cut {
+            self.ast.cuts.operators.insert(id);
+        }
+        id
     }
 
     /// Adds a statement, or an error node if it would be nested too deeply.
     pub(crate) fn stmt(&mut self, l: u32, r: u32, kind: StmtKind) -> StmtId {
         let span = self.span(l, r);
-        let depth = 1 + self.stmt_children_depth(&kind);
-        if u64::from(depth) > self.options.limits.reading.nesting {
+        let (depth, cut) = self.stmt_depth(&kind);
+        if u64::from(depth.whole()) > self.options.limits.reading.nesting {
             self.deep(span);
-            self.stmt_depths.push(0);
+            self.stmt_depths.push(chains::Depth::default());
             return self.ast.stmt(span, StmtKind::Error);
         }
         self.stmt_depths.push(depth);
-        self.ast.stmt(span, kind)
+        let id = self.ast.stmt(span, kind);
+        if cut {
+            self.ast.cuts.branches.insert(id);
+        }
+        id
     }
 
     fn deep(&mut self, span: Span) {
         // The constructs around it would only repeat the error.
         if !std::mem::replace(&mut self.too_deep, true) {
             self.report(errors::nesting(span, self.options.limits.reading.nesting));
-        }
-    }
-
-    fn depth(&self, id: ExprId) -> u32 {
-        self.expr_depths.get(id.0 as usize).copied().unwrap_or(0)
-    }
-
-    fn depth_of_all<'i>(&self, ids: impl IntoIterator<Item = &'i ExprId>) -> u32 {
-        ids.into_iter().map(|e| self.depth(*e)).max().unwrap_or(0)
-    }
-
-    fn children_depth(&self, kind: &ExprKind) -> u32 {
-        match kind {
-            ExprKind::Int(_)
-            | ExprKind::Float(_)
-            | ExprKind::Str(_)
-            | ExprKind::Name(_)
-            | ExprKind::Error => 0,
-            ExprKind::Unary(_, a) | ExprKind::Cast(_, a) | ExprKind::Field(a, _) | ExprKind::Paren(a) => {
-                self.depth(*a)
-            }
-            ExprKind::Step { target, .. } => self.depth(*target),
-            ExprKind::Binary(_, a, b) | ExprKind::Index(a, b) => self.depth_of_all([a, b]),
-            ExprKind::Assign { target, value, .. } => self.depth_of_all([target, value]),
-            ExprKind::Ternary(a, b, c) => self.depth_of_all([a, b, c]),
-            ExprKind::Construct(_, v) | ExprKind::Call(_, v) | ExprKind::Comma(v) | ExprKind::InitList(v) => {
-                self.depth_of_all(v)
-            }
-        }
-    }
-
-    fn stmt_depth(&self, id: StmtId) -> u32 {
-        self.stmt_depths.get(id.0 as usize).copied().unwrap_or(0)
-    }
-
-    fn depth_of_stmts(&self, ids: &[StmtId]) -> u32 {
-        ids.iter().map(|s| self.stmt_depth(*s)).max().unwrap_or(0)
-    }
-
-    fn stmt_children_depth(&self, kind: &StmtKind) -> u32 {
-        match kind {
-            StmtKind::Empty | StmtKind::Break | StmtKind::Continue | StmtKind::Error => 0,
-            StmtKind::Expr(e) => self.depth(*e),
-            StmtKind::Return(e) => self.depth_of_all(e),
-            StmtKind::Declare { vars, .. } => self.depth_of_all(vars.iter().filter_map(|v| v.init.as_ref())),
-            StmtKind::Block(v) => self.depth_of_stmts(v),
-            StmtKind::If { cond, then, otherwise } => {
-                let otherwise = otherwise.map_or(0, |s| self.stmt_depth(s));
-                self.depth(*cond).max(self.stmt_depth(*then)).max(otherwise)
-            }
-            StmtKind::While { cond, body } | StmtKind::DoWhile { body, cond } => {
-                self.depth(*cond).max(self.stmt_depth(*body))
-            }
-            StmtKind::For { init, cond, iter, body } => {
-                let head = self.depth_of_all(cond.iter().chain(iter));
-                head.max(init.map_or(0, |s| self.stmt_depth(s))).max(self.stmt_depth(*body))
-            }
-            StmtKind::Function(f) => f.body.as_ref().map_or(0, |b| self.depth_of_stmts(&b.stmts)),
         }
     }
 

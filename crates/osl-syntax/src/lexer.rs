@@ -7,6 +7,7 @@
 use crate::span::Span;
 use logos::Logos;
 use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Kinds of preprocessing tokens, white space included.
@@ -166,8 +167,80 @@ fn character(lexer: &mut logos::Lexer<Raw>) -> bool {
     false
 }
 
-/// The next piece of `text` at or after `at`, including white space and comments: its kind and its end.
+/// Maximum number of line breaks within one token.
+const MAX_SPLICES: usize = 64;
+/// Maximum number of bytes that are read at a time to continue a token after a line break.
+const MAX_CONTINUED: usize = 256;
+
+/// The length of the backslash and line break at the begin of a text, of any number of them.
+fn splices(text: &str) -> usize {
+    let mut rest = text;
+    while let Some(after) = rest.strip_prefix("\\\n").or_else(|| rest.strip_prefix("\\\r\n")) {
+        rest = after;
+    }
+    text.len() - rest.len()
+}
+
+/// A token without the backslashes and line breaks within it.
+pub(crate) fn joined(token: &str) -> Cow<'_, str> {
+    if !token.contains('\\') {
+        return token.into();
+    }
+    token.replace("\\\r\n", "").replace("\\\n", "").into()
+}
+
+/// The next piece of `text` at or after `at`, including white space and comments: its kind and its end. A
+/// backslash before a line break does not end a token.
 pub(crate) fn scan(text: &str, at: usize) -> Option<(Raw, usize)> {
+    let (kind, end) = scan_line(text, at)?;
+    let whole = [
+        Raw::Space,
+        Raw::Newline,
+        Raw::LineComment,
+        Raw::BlockComment,
+        Raw::Str,
+        Raw::OpenStr,
+        Raw::Char,
+        Raw::OpenChar,
+        Raw::Other,
+    ];
+    let rest = text.get(end..).unwrap_or("");
+    if !rest.starts_with('\\') || splices(rest) == 0 || whole.contains(&kind) {
+        return Some((kind, end));
+    }
+    Some(continued(text, at, kind, end, &whole))
+}
+
+/// A token that is followed by a backslash and a line break, with what continues it. Tokens of the kinds
+/// `whole` do not continue another.
+fn continued(text: &str, at: usize, kind: Raw, end: usize, whole: &[Raw]) -> (Raw, usize) {
+    let mut found = (kind, end);
+    let mut token = text.get(at..end).unwrap_or("").to_owned();
+    for _ in 0..MAX_SPLICES {
+        let rest = text.get(found.1..).unwrap_or("");
+        let skipped = splices(rest);
+        let rest = rest.get(skipped..).unwrap_or("");
+        if skipped == 0 {
+            break;
+        }
+        let window =
+            rest.bytes().take(MAX_CONTINUED).position(|b| matches!(b, b'\\' | b'\n') || !b.is_ascii());
+        let line = rest.get(..window.unwrap_or(rest.len().min(MAX_CONTINUED))).unwrap_or("");
+        let before = token.len();
+        token.push_str(line);
+        match scan_line(&token, 0) {
+            Some((kind, len)) if len > before && !whole.contains(&kind) => {
+                found = (kind, found.1 + skipped + len - before);
+                token.truncate(len);
+            }
+            _ => break,
+        }
+    }
+    found
+}
+
+/// The next piece at or after `at`, without regard to backslashes before line breaks.
+fn scan_line(text: &str, at: usize) -> Option<(Raw, usize)> {
     let rest = text.get(at..)?;
     let mut lexer = Raw::lexer(rest);
     match lexer.next()? {

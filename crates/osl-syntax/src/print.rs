@@ -68,6 +68,9 @@ pub fn type_name(name: &TypeName) -> &str {
     }
 }
 
+/// Levels by which a chain of `else if` is indented.
+const MAX_LEVELS: usize = 256;
+
 struct Printer<'a> {
     ast: &'a Ast,
     out: String,
@@ -164,7 +167,25 @@ impl Printer<'_> {
         self.deeper(|p| stmts.iter().for_each(|s| p.stmt(*s)));
     }
 
-    fn stmt(&mut self, id: StmtId) {
+    fn stmt(&mut self, mut id: StmtId) {
+        let ast = self.ast;
+        let level = self.level;
+        // A chain of `else if` may be long: its last levels are not indented.
+        while let Some(StmtKind::If { cond, then, otherwise: Some(next) }) =
+            ast.stmts.get(id.0 as usize).map(|s| &s.kind)
+        {
+            self.line(&format!("if {}", self.expr(*cond)));
+            self.stmts(&[*then]);
+            self.line("else");
+            self.level = (self.level + 1).min(level + MAX_LEVELS);
+            id = *next;
+        }
+        self.one(id);
+        self.level = level;
+    }
+
+    /// A statement that is no `if` with `else`.
+    fn one(&mut self, id: StmtId) {
         let ast = self.ast;
         let Some(stmt) = ast.stmts.get(id.0 as usize) else { return };
         match &stmt.kind {
@@ -181,13 +202,9 @@ impl Printer<'_> {
                 self.line("block");
                 self.stmts(stmts);
             }
-            StmtKind::If { cond, then, otherwise } => {
+            StmtKind::If { cond, then, .. } => {
                 self.line(&format!("if {}", self.expr(*cond)));
                 self.stmts(&[*then]);
-                if let Some(otherwise) = otherwise {
-                    self.line("else");
-                    self.stmts(&[*otherwise]);
-                }
             }
             StmtKind::While { cond, body } => {
                 self.line(&format!("while {}", self.expr(*cond)));

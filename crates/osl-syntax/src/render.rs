@@ -7,12 +7,16 @@ use crate::escape::{same_places, shown};
 use crate::source::{Position, SourceFile, SourceMap};
 use crate::span::Span;
 use annotate_snippets::renderer::{DecorStyle, Renderer};
-use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Patch, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Maximum length of a displayed line in bytes; a longer one is only referred to.
+/// Maximum length of a displayed line in bytes; of a longer one, a part is displayed.
 const MAX_LINE: usize = 1000;
+/// Maximum length of what is marked in a part of a line, in bytes.
+const MAX_MARKED: usize = 60;
+/// Maximum length of what is displayed on each side of it, in bytes.
+const MAX_BESIDE: usize = 40;
 /// Maximum length of a displayed message in bytes.
 const MAX_MESSAGE: usize = 600;
 
@@ -51,10 +55,14 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
         let labelled = || d.labels.iter().filter_map(|(s, text)| Some((range_in(file, *s)?, text)));
         let ranges: Vec<Range<usize>> = primary.iter().cloned().chain(labelled().map(|(r, _)| r)).collect();
         let Some(window) = Window::around(file, &ranges) else {
-            let at = primary.or_else(|| ranges.first().cloned()).unwrap_or_default().start as u32 + file.base;
+            let at = primary.clone().or_else(|| ranges.first().cloned()).unwrap_or_default().start as u32
+                + file.base;
             if let Some(place) = sources.place(Span::new(at, at)) {
                 let origin = Origin::path(shown(&file.name)).line(place.line as usize);
                 main = main.element(origin.char_column(place.column as usize));
+                let at = (at - file.base) as usize;
+                let end = primary.as_ref().map_or(at, |r| r.end);
+                main = main.element(part_of_line(file, at..end, place.line as usize, &d.label));
             }
             continue;
         };
@@ -121,6 +129,31 @@ impl Window {
     fn within(&self, range: Range<usize>) -> Range<usize> {
         range.start - self.range.start..range.end - self.range.start
     }
+}
+
+/// The part of a long line around the begin of a range.
+fn part_of_line<'a>(
+    file: &'a SourceFile,
+    marked: Range<usize>,
+    line: usize,
+    text: &'a str,
+) -> Snippet<'a, Annotation<'a>> {
+    let whole = &file.text;
+    let boundary =
+        |at: usize| (0..=at.min(whole.len())).rev().find(|n| whole.is_char_boundary(*n)).unwrap_or(0);
+    let line_start = whole[..marked.start].rfind('\n').map_or(0, |n| n + 1);
+    let line_end = whole[marked.start..].find('\n').map_or(whole.len(), |n| marked.start + n);
+    let marked_end = boundary(marked.end.min(marked.start + MAX_MARKED).min(line_end)).max(marked.start);
+    let start = boundary(marked.start.saturating_sub(MAX_BESIDE)).max(line_start);
+    let end = boundary((marked_end + MAX_BESIDE).min(line_end)).max(marked_end);
+    let dots = |cut: bool| if cut { "..." } else { "" };
+    let before = dots(start > line_start);
+    let excerpt = format!("{before}{}{}", same_places(&whole[start..end]), dots(end < line_end));
+    let at = before.len() + marked.start - start;
+    let span = at..at + marked_end - marked.start;
+    Snippet::source(excerpt)
+        .line_start(line)
+        .annotation(AnnotationKind::Primary.span(span).label(label(text)))
 }
 
 /// The text for display, cut if it is too long.

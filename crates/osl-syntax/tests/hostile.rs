@@ -28,10 +28,10 @@ fn deep_nesting_of_every_construct() {
         body(format!("{}a;", "(float)".repeat(DEEP))),
         body(format!("{}a;", "a ? b : ".repeat(DEEP))),
         body(format!("{}a;", "a = ".repeat(DEEP))),
-        body(format!("{}a;", "a + ".repeat(DEEP))),
         body(format!("a{};", ".b".repeat(DEEP))),
         body("if (a) ".repeat(DEEP) + ";"),
-        body("if (a) ; else ".repeat(DEEP) + ";"),
+        body("if (a) ; else { ".repeat(DEEP) + ";" + &"}".repeat(DEEP)),
+        body(format!("{}a;", "a + (a + ".repeat(DEEP)).replace("a;", &format!("a{};", ")".repeat(DEEP)))),
         body("while (a) ".repeat(DEEP) + ";"),
         body("for (;;) ".repeat(DEEP) + ";"),
         body("do ".repeat(DEEP) + ";" + &"while (a);".repeat(DEEP)),
@@ -42,6 +42,42 @@ fn deep_nesting_of_every_construct() {
         assert_eq!(codes(&parsed).len(), 1, "{:.60} {:?}", text, codes(&parsed));
         print::ast(&parsed.ast);
     }
+}
+
+#[test]
+fn chains_have_any_number_of_links() {
+    let body = |text: String| format!("shader s() {{ {text} }}");
+    for text in [
+        body(format!("{}a;", "a + ".repeat(DEEP))),
+        body(format!("{}a;", "a * b + c(d) < e && ".repeat(DEEP))),
+        body(format!("{}a;", "(a + b) | ".repeat(DEEP))),
+        body(format!("{}a = 1;", "a + ".repeat(DEEP))),
+        body("if (a) ; else ".repeat(DEEP) + ";"),
+        body("if (a) { b; } else ".repeat(DEEP) + "if (c) ;"),
+        // Long chains within each other, as far as the nesting permits.
+        body("((((a".to_string() + &format!("{})", " - b".repeat(DEEP)).repeat(4) + ";"),
+        body("{ if (c) {".repeat(20) + &"if (a) ; else ".repeat(DEEP) + ";" + &"} }".repeat(20)),
+    ] {
+        let parsed = lenient(&text);
+        assert_eq!(codes(&parsed), [""; 0], "{:.60}", text);
+        print::ast(&parsed.ast);
+    }
+}
+
+#[test]
+fn chains_that_are_nested_in_each_other_have_a_limit() {
+    let links = " - b".repeat(300);
+    let text = format!("shader s() {{ {}a{}; }}", "(".repeat(100), format!("{links})").repeat(100));
+    assert_eq!(codes(&lenient(&text)), ["E0113"]);
+}
+
+#[test]
+fn a_part_of_a_long_line_is_shown() {
+    let text = format!("shader s() {{ float a; {}b = ; }}\n", "a = 1; ".repeat(1000));
+    let parsed = lenient(&text);
+    let shown = render(&parsed.diagnostics, &parsed.sources, RenderStyle::default());
+    assert!(shown.contains("a = 1; b = ; }"), "{shown}");
+    assert!(shown.lines().all(|line| line.len() < 200), "{shown}");
 }
 
 #[test]

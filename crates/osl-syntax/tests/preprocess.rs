@@ -48,6 +48,10 @@ fn macros() {
         ("#define A 1\n#undef A\nA", "A"),
         ("#define LONG a \\\n  b\nLONG", "a b"),
         ("#define A /* none */ 1 // one\nA;", "1 ;"),
+        // A backslash before the line end does not end a token.
+        ("str\\\nange x\\\r\n\\\ny 1\\\n2.\\\n5", "strange xy 12.5"),
+        ("#define LO\\\nNG(a) a\nL\\\nONG(2) a\\\n b", "2 a b"),
+        ("i\\\nf +\\\n+ <\\\n<\\\n=", "If Step(true) OpAssign(Shl)"),
         ("#define f (1)\nf", "( 1 )"),
         ("#define foo() bar\n#define foo2 foo\nfoo2 ()", "bar"),
         // Some of the examples of ISO C, 6.10.3.5.

@@ -4,7 +4,7 @@
 //! The text of an element, with the text of all elements within it, is therefore one range of the text of the
 //! document. A tree takes memory in proportion to the length of its document, however deep that is nested.
 
-use super::path::{Step, Test};
+use super::path::{Axis, Part, Step, Test};
 use super::{BYTES_A_STEP, too_long};
 use osl_limits::Limits;
 use std::ops::Range;
@@ -179,6 +179,11 @@ impl Tree {
         })
     }
 
+    /// The parent of an element: the last one before it that ends after it.
+    fn parent(&self, element: usize) -> Option<usize> {
+        (0..element).rev().find(|at| self.elements.get(*at).is_some_and(|e| e.end as usize > element))
+    }
+
     /// The matches of a path from an element on, up to a maximum number. `affords` gets the steps for each
     /// examined element; if it returns false, the search ends without a result.
     pub(super) fn search(
@@ -193,10 +198,19 @@ impl Tree {
             let mut next: Vec<u32> = Vec::new();
             for element in here {
                 let element = element as usize;
-                let candidates: &mut dyn Iterator<Item = usize> =
-                    if step.deep { &mut self.below(element) } else { &mut self.children(element) };
-                let mut kept = Vec::new();
                 let mut seen = 0;
+                let candidates: &mut dyn Iterator<Item = usize> = match step.axis {
+                    Axis::Descendants => &mut self.below(element),
+                    Axis::Children => &mut self.children(element),
+                    Axis::Within => &mut std::iter::once(element).chain(self.below(element)),
+                    Axis::Itself => &mut std::iter::once(element),
+                    Axis::Parent => {
+                        let parent = self.parent(element);
+                        seen += ELEMENT * element.saturating_sub(parent.unwrap_or(0)) as u64;
+                        &mut parent.into_iter()
+                    }
+                };
+                let mut kept = Vec::new();
                 for candidate in candidates {
                     seen += ELEMENT;
                     if seen >= 1024 && !affords(std::mem::take(&mut seen)) {
@@ -224,25 +238,39 @@ impl Tree {
     }
 
     fn kept(&self, list: Vec<u32>, test: &Test, affords: &mut dyn FnMut(u64) -> bool) -> Option<Vec<u32>> {
-        let equal = |value: &str, wanted: &Option<String>| wanted.as_ref().is_none_or(|w| w == value);
-        if let Test::Place(_) | Test::Last = test {
-            let one = if let Test::Place(n) = test { list.get(n.wrapping_sub(1)) } else { list.last() };
-            return Some(one.copied().into_iter().collect());
+        match test {
+            Test::Place(relation, n) => {
+                let here = |place: usize| relation.holds((place + 1) as f64, *n);
+                let places = list.iter().enumerate().filter(|(place, _)| here(*place));
+                return Some(places.map(|(_, at)| *at).collect());
+            }
+            Test::Last => return Some(list.last().copied().into_iter().collect()),
+            Test::Has(_) | Test::Compares(..) => {}
         }
+        let (part, wanted) = match test {
+            Test::Compares(part, relation, value) => (part, Some((*relation, value))),
+            Test::Has(part) => (part, None),
+            Test::Place(..) | Test::Last => return Some(list),
+        };
+        let suits = |text: &str| wanted.is_none_or(|(relation, value)| value.compares(text, relation));
+        let comparing = wanted.map_or(0, |(_, value)| value.bytes() as u64 / BYTES_A_STEP);
         let mut kept = Vec::new();
         for at in list {
             let element = at as usize;
             let mut steps = 1;
-            let holds = match test {
-                Test::Attribute(name, wanted) => self.attributes(element).any(|(n, v)| {
+            let holds = match part {
+                Part::Attribute(name) => self.attributes(element).any(|(n, v)| {
                     steps += ELEMENT;
-                    n == name && equal(v, wanted)
+                    n == name && suits(v)
                 }),
-                Test::Child(name, wanted) => self.children(element).any(|c| {
-                    steps += ELEMENT + wanted.as_ref().map_or(0, |w| w.len() as u64 / BYTES_A_STEP);
-                    self.name(c) == name && equal(self.text(c), wanted)
+                Part::Child(name) => self.children(element).any(|c| {
+                    steps += ELEMENT + comparing;
+                    self.name(c) == name && suits(self.text(c))
                 }),
-                Test::Place(_) | Test::Last => true,
+                Part::Text => {
+                    steps += comparing;
+                    suits(self.text(element))
+                }
             };
             if holds {
                 kept.push(at);
@@ -256,7 +284,7 @@ impl Tree {
 }
 
 /// Sorts elements, removes duplicates, and cuts off those beyond the maximum.
-fn tidy(list: &mut Vec<u32>, most: usize) {
+pub(super) fn tidy(list: &mut Vec<u32>, most: usize) {
     list.sort_unstable();
     list.dedup();
     list.truncate(most);

@@ -21,7 +21,7 @@ mod spaces;
 mod state;
 mod usage;
 mod values;
-mod walk;
+pub(crate) mod walk;
 mod written;
 pub use walk::{Walk, bodies, count_writes, each_stmt};
 

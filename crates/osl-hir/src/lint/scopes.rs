@@ -74,14 +74,16 @@ impl Scopes<'_, '_, '_> {
         list.iter().for_each(|id| self.stmt(*id));
     }
 
-    fn stmt(&mut self, id: StmtId) {
+    fn stmt(&mut self, mut id: StmtId) {
+        // A chain of `else if` may be long.
+        while let StmtKind::If { then, otherwise, .. } = &self.ast[id].kind {
+            self.stmt(*then);
+            let Some(next) = otherwise else { return };
+            id = *next;
+        }
         match &self.ast[id].kind {
             StmtKind::Declare { vars, .. } => vars.iter().for_each(|v| self.declare(&v.name, true)),
             StmtKind::Block(list) => self.within(|s| s.list(list)),
-            StmtKind::If { then, otherwise, .. } => {
-                self.stmt(*then);
-                otherwise.iter().for_each(|s| self.stmt(*s));
-            }
             StmtKind::While { body, .. } | StmtKind::DoWhile { body, .. } => self.stmt(*body),
             StmtKind::For { init, body, .. } => self.within(|s| {
                 init.iter().for_each(|id| s.stmt(*id));
@@ -93,6 +95,7 @@ impl Scopes<'_, '_, '_> {
             | StmtKind::Break
             | StmtKind::Continue
             | StmtKind::Return(_)
+            | StmtKind::If { .. }
             | StmtKind::Error => {}
         }
     }

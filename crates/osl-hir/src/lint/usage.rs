@@ -188,15 +188,22 @@ impl Statements {
 }
 
 /// Whether the expression certainly has no effect. Calls are not examined.
-fn is_pure(ast: &Ast, id: ExprId) -> bool {
+fn is_pure(ast: &Ast, mut id: ExprId) -> bool {
     use ast::ExprKind as E;
+    // A chain of operators may be long.
+    while let E::Binary(_, a, b) = ast[id].kind {
+        if !is_pure(ast, b) {
+            return false;
+        }
+        id = a;
+    }
     let all = |list: &[ExprId]| list.iter().all(|e| is_pure(ast, *e));
     match &ast[id].kind {
         E::Int(_) | E::Float(_) | E::Str(_) | E::Name(_) => true,
         E::Unary(_, a) | E::Cast(_, a) | E::Field(a, _) | E::Paren(a) => is_pure(ast, *a),
-        E::Binary(_, a, b) | E::Index(a, b) => all(&[*a, *b]),
+        E::Index(a, b) => all(&[*a, *b]),
         E::Ternary(a, b, c) => all(&[*a, *b, *c]),
         E::Construct(_, list) | E::Comma(list) | E::InitList(list) => all(list),
-        E::Step { .. } | E::Assign { .. } | E::Call(..) | E::Error => false,
+        E::Binary(..) | E::Step { .. } | E::Assign { .. } | E::Call(..) | E::Error => false,
     }
 }

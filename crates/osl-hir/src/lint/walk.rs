@@ -34,7 +34,7 @@ pub enum Event<'p> {
 }
 
 /// The receiver of the events.
-pub(super) type Sink<'s, 'p> = &'s mut dyn FnMut(Event<'p>);
+pub(crate) type Sink<'s, 'p> = &'s mut dyn FnMut(Event<'p>);
 
 /// Whether the variable carries its value to a caller.
 pub(super) fn is_output(var: &Var) -> bool {
@@ -64,12 +64,12 @@ impl<'p> Walk<'p> {
     }
 
     /// Whether anything writes the variable after its declaration.
-    pub(super) fn is_written(&self, id: VarId) -> bool {
+    pub(crate) fn is_written(&self, id: VarId) -> bool {
         self.written.get(id.0 as usize).is_some_and(Cell::get)
     }
 
     /// The variable of an id.
-    pub(super) fn var(&self, id: VarId) -> Option<&'p Var> {
+    pub(crate) fn var(&self, id: VarId) -> Option<&'p Var> {
         self.program.vars.get(id.0 as usize)
     }
 
@@ -82,7 +82,7 @@ impl<'p> Walk<'p> {
     }
 
     /// Every event of the parameters' defaults.
-    pub(super) fn params(&self, sink: Sink<'_, 'p>) {
+    pub(crate) fn params(&self, sink: Sink<'_, 'p>) {
         for param in &self.program.shader.params {
             self.init(&param.init, sink);
         }

@@ -76,13 +76,8 @@ impl Resolver<'_> {
                 continue;
             }
             let ty = self.declared_type(&field.ty, field.array.as_ref(), false);
-            if ty.is_array() && self.contents(ty.element()).array {
-                let d = Diagnostic::error(
-                    errors::BAD_STRUCT,
-                    field.name.span,
-                    "arrays do not nest, through structs either",
-                );
-                self.report(d);
+            if ty.is_array() && !self.ast.strict && self.contents(ty.element()).array {
+                self.report(errors::nested_arrays(field.name.span));
             }
             names.insert(field.name.text.clone());
             spans.push(field.name.span);
@@ -156,6 +151,9 @@ impl Resolver<'_> {
     ) -> Type {
         let base = self.type_spec(ty).base;
         let Some(array) = array else { return Type::one(base) };
+        if self.ast.strict && self.contents(Type::one(base)).array {
+            self.report(errors::nested_arrays(array.span));
+        }
         let Some(len) = array.len else {
             if open {
                 return Type { base, extent: Extent::Unsized };

@@ -164,6 +164,25 @@ pub(super) fn own_value(span: Span, name: &str) -> Diagnostic {
         .help("declare it first, or write another name here")
 }
 
+/// E0310: an array of structs that hold arrays.
+pub(super) fn nested_arrays(span: Span) -> Diagnostic {
+    Diagnostic::error(BAD_STRUCT, span, "arrays do not nest, through structs either")
+}
+
+/// E0312: an argument that a function changes through a formal that is no output. `written` is what the
+/// argument is.
+pub(super) fn written_argument(span: Span, written: &str, formal: &str, declared: Span) -> Diagnostic {
+    Diagnostic::error(
+        READ_ONLY,
+        span,
+        format!("{written} cannot be changed by the function that it is passed to"),
+    )
+    .label(format!("the function assigns `{formal}`"))
+    .also(declared, "this formal")
+    .note("arguments are passed by reference: the caller's variable changes too")
+    .help("copy it into a local variable and pass that, or assign to a local variable in the function")
+}
+
 /// The word that a misspelt type probably means.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum CloseType<'a> {

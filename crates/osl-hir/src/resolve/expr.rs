@@ -5,7 +5,7 @@ use super::errors;
 use super::init::{Loss, convert_to};
 use super::operators;
 use crate::builtins;
-use crate::hir::{Arg, Expr, ExprKind, Init};
+use crate::hir::{Arg, Expr, ExprKind, Init, Lvalue};
 use osl_ir::types::{Base, Type};
 use osl_syntax::Reports;
 use osl_syntax::ast::{self, BinaryOp, ExprId, UnaryOp};
@@ -50,7 +50,7 @@ impl Resolver<'_> {
             ast::ExprKind::Paren(inner) => Expr { span, ..self.expr(*inner, expected) },
             ast::ExprKind::Comma(list) => self.comma(list, expected, span),
             ast::ExprKind::Unary(op, inner) => self.unary(*op, *inner, expected, span),
-            ast::ExprKind::Binary(op, a, b) => self.binary(*op, *a, *b, expected, span),
+            ast::ExprKind::Binary(..) => self.chain(id, expected),
             ast::ExprKind::Assign { op, target, value } => self.assign(*op, *target, *value, span),
             ast::ExprKind::Step { prefix, increment, target } => {
                 let Some(place) = self.target(*target, "step") else { return error };
@@ -90,6 +90,11 @@ impl Resolver<'_> {
     /// An expression whose value is used.
     pub(super) fn value(&mut self, id: ExprId, expected: Option<Type>) -> Expr {
         let value = self.expr(id, expected);
+        self.used(value)
+    }
+
+    /// The value of an expression, or an error if it has none.
+    pub(super) fn used(&mut self, value: Expr) -> Expr {
         if value.ty == Type::VOID {
             let d = Diagnostic::error(errors::VOID_VALUE, value.span, "this call has no value")
                 .label("returns void");
@@ -142,18 +147,8 @@ impl Resolver<'_> {
         }
     }
 
-    fn binary(&mut self, op: BinaryOp, a: ExprId, b: ExprId, expected: Option<Type>, span: Span) -> Expr {
-        if matches!(op, BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge) {
-            self.needs_no_choice(a);
-            self.needs_no_choice(b);
-        }
-        let left = self.value(a, expected);
-        let right = self.value(b, expected);
-        self.combine(op, left, right, span)
-    }
-
     /// `left op right` of resolved operands.
-    fn combine(&mut self, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr {
+    pub(super) fn combine(&mut self, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr {
         if left.ty.is_error() || right.ty.is_error() {
             return Expr { ty: Type::ERROR, kind: ExprKind::Error, span };
         }
@@ -207,9 +202,12 @@ impl Resolver<'_> {
             self.report(d);
             return error;
         }
-        let right = self.value(value, Some(ty));
+        let mut right = self.value(value, Some(ty));
         let value = match op {
-            None => right,
+            None => {
+                step_in_place(&place, &mut right);
+                right
+            }
             Some(op) => {
                 // The index expressions of the place are evaluated for the read and again for the write.
                 let left = Expr { ty, kind: ExprKind::Read(place.clone()), span: place.span };
@@ -420,5 +418,22 @@ fn constructor_help(ty: Type) -> &'static str {
         Base::Matrix => "it takes 1 or 16 numbers, a space name before them, or two space names",
         Base::String => "strings have no constructor: use `format`",
         _ => "it takes 1 or 3 numbers, or a space name and 3 numbers",
+    }
+}
+
+/// `i = i++`: the old value is stored in `i` itself, before the increment, so `i` has the new value after it.
+fn step_in_place(target: &Lvalue, value: &mut Expr) {
+    match &mut value.kind {
+        ExprKind::Step { prefix, place, .. } if place.is_same_variable(target) => *prefix = true,
+        ExprKind::Ternary(_, a, b) => {
+            step_in_place(target, a);
+            step_in_place(target, b);
+        }
+        ExprKind::Comma(list) => {
+            if let Some(last) = list.last_mut() {
+                step_in_place(target, last);
+            }
+        }
+        _ => {}
     }
 }

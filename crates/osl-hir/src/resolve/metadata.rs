@@ -94,7 +94,25 @@ impl Number {
 }
 
 /// Arithmetic on literals; division by zero gives 0, as everywhere in the language.
-fn number(ast: &Ast, id: ExprId) -> Option<Number> {
+fn number(ast: &Ast, mut id: ExprId) -> Option<Number> {
+    use ast::ExprKind as E;
+    // A chain of operators may be long.
+    let mut links = Vec::new();
+    while let E::Binary(op, a, b) = ast[id].kind {
+        links.push((op, b));
+        id = a;
+    }
+    let first = operand(ast, id)?;
+    links.into_iter().rev().try_fold(first, |left, (op, right)| {
+        Some(match (left, number(ast, right)?) {
+            (Number::Int(a), Number::Int(b)) => Number::Int(int_arithmetic(op, a, b)?),
+            (a, b) => Number::Float(float_arithmetic(op, a.value() as f32, b.value() as f32)?),
+        })
+    })
+}
+
+/// A number that is not the result of a binary operator.
+fn operand(ast: &Ast, id: ExprId) -> Option<Number> {
     use ast::ExprKind as E;
     Some(match &ast[id].kind {
         E::Int(n) => Number::Int(*n),
@@ -103,10 +121,6 @@ fn number(ast: &Ast, id: ExprId) -> Option<Number> {
         E::Unary(ast::UnaryOp::Neg, inner) => match number(ast, *inner)? {
             Number::Int(n) => Number::Int(n.wrapping_neg()),
             Number::Float(x) => Number::Float(-x),
-        },
-        E::Binary(op, a, b) => match (number(ast, *a)?, number(ast, *b)?) {
-            (Number::Int(a), Number::Int(b)) => Number::Int(int_arithmetic(*op, a, b)?),
-            (a, b) => Number::Float(float_arithmetic(*op, a.value() as f32, b.value() as f32)?),
         },
         _ => return None,
     })

@@ -9,6 +9,7 @@
 //!
 //! [gaps]: osl_syntax::gaps::Gaps
 
+mod chain;
 mod decl;
 pub mod errors;
 mod expr;
@@ -21,6 +22,7 @@ mod metadata;
 pub(crate) mod operators;
 mod options;
 mod overload;
+mod passed;
 mod place;
 mod score;
 mod stmt;
@@ -112,14 +114,21 @@ fn resolve_recording(
     let shader = resolver.items();
     let Resolver { structs, vars, functions, mut diagnostics, dropped, recorder, choices, .. } = resolver;
     diagnostics.extend(dropped.map(|span| too_many_errors(span, limits.reading.diagnostics)));
-    diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
     let whole = ast.gaps.is_empty() && !diagnostics.iter().any(Diagnostic::is_error);
     let program = match shader {
         Some(shader) if whole => {
-            Ok(Program { structs, vars, functions, shader, choices, places: Default::default() })
+            let program = Program { structs, vars, functions, shader, choices, places: Default::default() };
+            let changed = passed::check(&program);
+            if changed.is_empty() {
+                Ok(program)
+            } else {
+                diagnostics.extend(changed);
+                Err(program.into())
+            }
         }
         shader => Err(Broken { structs, vars, functions, shader }),
     };
+    diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
     (Resolved { program, diagnostics }, recorder)
 }
 

@@ -21,7 +21,7 @@ impl Resolver<'_> {
 
     /// The statement as the body of an `if` or loop: it has no scope of its own, so that a lone declaration
     /// stays visible after it, as in the language.
-    fn body(&mut self, id: StmtId) -> Vec<Stmt> {
+    pub(super) fn body(&mut self, id: StmtId) -> Vec<Stmt> {
         self.stmts(&[id])
     }
 
@@ -48,11 +48,7 @@ impl Resolver<'_> {
                 return;
             }
             ast::StmtKind::Block(list) => StmtKind::Block(self.within_scope(|r| r.stmts(list))),
-            ast::StmtKind::If { cond, then, otherwise } => {
-                let cond = self.condition(*cond, true);
-                let then = self.body(*then);
-                StmtKind::If(cond, then, otherwise.map(|s| self.body(s)).unwrap_or_default())
-            }
+            ast::StmtKind::If { .. } => return self.branches(id, out),
             ast::StmtKind::While { cond, body } => {
                 let cond = Some(self.condition(*cond, false));
                 StmtKind::Loop { cond, test_first: true, iter: None, body: self.loop_body(*body) }
@@ -113,7 +109,7 @@ impl Resolver<'_> {
         }
     }
 
-    fn condition(&mut self, id: ast::ExprId, closures: bool) -> crate::hir::Expr {
+    pub(super) fn condition(&mut self, id: ast::ExprId, closures: bool) -> crate::hir::Expr {
         let expr = self.expr(id, None);
         let ty = expr.ty;
         let bad = ty.is_array()

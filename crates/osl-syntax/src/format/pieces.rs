@@ -7,7 +7,7 @@
 
 use crate::diagnostic::{Diagnostic, Sink};
 use crate::errors;
-use crate::lexer::{Raw, scan};
+use crate::lexer::{Raw, joined, scan};
 use crate::preprocess::broken_string;
 use crate::span::Span;
 use crate::token::{Token, fixed};
@@ -199,7 +199,7 @@ impl<'a> Splitter<'a> {
                 self.found.push(errors::char_literal(span));
                 self.at = end;
             }
-            kind => match fixed(kind, text) {
+            kind => match fixed(kind, &joined(text)) {
                 Some(token) => self.push(Kind::Fixed(token), end),
                 None => {
                     self.found.push(errors::stray_character(span, text));
@@ -237,10 +237,11 @@ impl<'a> Splitter<'a> {
     }
 
     fn word(&mut self, text: &'a str, end: usize) {
-        if let Some(token) = fixed(Raw::Ident, text) {
+        let joined = joined(text);
+        if let Some(token) = fixed(Raw::Ident, &joined) {
             return self.push(Kind::Fixed(token), end);
         }
-        let defined = self.macros.contains(text);
+        let defined = self.macros.contains(&*joined);
         let called = defined || (self.includes && is_capitals(text));
         if !called {
             return self.push(Kind::Name, end);

@@ -2,7 +2,7 @@
 
 use super::{Conditional, Preprocessor};
 use crate::errors;
-use crate::lexer::{PpToken, Raw, Sym, scan};
+use crate::lexer::{PpToken, Raw, Sym, joined, scan};
 use crate::span::Span;
 use std::sync::Arc;
 
@@ -120,6 +120,9 @@ impl Preprocessor<'_> {
                 _ => {
                     let mut spelling = std::borrow::Cow::Borrowed(file.text.get(from..to).unwrap_or(""));
                     let mut kind = kind;
+                    if !matches!(kind, Raw::Str | Raw::OpenStr) && spelling.contains('\n') {
+                        spelling = joined(file.text.get(from..to).unwrap_or(""));
+                    }
                     if kind == Raw::OpenStr && live {
                         (kind, spelling, to) = match broken_string(&file.text, from).filter(|_| !strict) {
                             Some(end) => {

@@ -29,7 +29,25 @@ pub(crate) fn binary_op(op: BinaryOp) -> &'static str {
 
 impl Printer<'_> {
     /// An expression on one line.
-    pub(super) fn expr(&self, id: ExprId) -> String {
+    pub(super) fn expr(&self, mut id: ExprId) -> String {
+        // A chain of operators may be long.
+        let mut chain = Vec::new();
+        while let Some(ExprKind::Binary(op, a, b)) = self.ast.exprs.get(id.0 as usize).map(|e| &e.kind) {
+            chain.push((*op, *b));
+            id = *a;
+        }
+        let mut out: String = chain.iter().map(|(op, _)| format!("({} ", binary_op(*op))).collect();
+        out.push_str(&self.operand(id));
+        for (_, right) in chain.iter().rev() {
+            out.push(' ');
+            out.push_str(&self.expr(*right));
+            out.push(')');
+        }
+        out
+    }
+
+    /// An expression that is not a binary operator.
+    fn operand(&self, id: ExprId) -> String {
         let Some(e) = self.ast.exprs.get(id.0 as usize) else { return "<error>".to_owned() };
         let x = |e: &ExprId| self.expr(*e);
         match &e.kind {
@@ -45,7 +63,7 @@ impl Printer<'_> {
                 let side = if *prefix { "pre" } else { "post" };
                 format!("({side}{op} {})", x(target))
             }
-            ExprKind::Binary(op, a, b) => format!("({} {} {})", binary_op(*op), x(a), x(b)),
+            ExprKind::Binary(..) => self.expr(id),
             ExprKind::Assign { op, target, value } => {
                 format!("({}= {} {})", op.map_or("", binary_op), x(target), x(value))
             }

@@ -20,7 +20,7 @@ use std::io::Write;
 #[derive(Debug, Args)]
 pub(super) struct ExplainArgs {
     /// The pixel: column and row, from 0; row 0 has the smallest v, or with --on is the top of the picture.
-    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "uv")]
+    #[arg(long, value_name = "X,Y", value_parser = pixel, allow_hyphen_values = true, conflicts_with = "uv")]
     at: Option<(usize, usize)>,
     /// The point of the patch that is closest to this u and v.
     #[arg(long, value_name = "U,V", value_parser = args::values::pair, allow_hyphen_values = true)]
@@ -72,7 +72,8 @@ impl ExplainArgs {
 
 fn pixel(text: &str) -> Result<(usize, usize), String> {
     let (x, y) = text.split_once(',').ok_or("two numbers and a comma, such as 100,200")?;
-    let number = |t: &str| t.trim().parse().map_err(|_| format!("`{t}` is no column or row"));
+    let number =
+        |t: &str| t.trim().parse().map_err(|_| format!("`{t}` is no column or row: they are counted from 0"));
     Ok((number(x)?, number(y)?))
 }
 

@@ -192,5 +192,5 @@ pub(super) fn write(
     } else {
         (lines.join("\n") + "\n").into_bytes()
     };
-    osl_files::replace(path, &bytes).map_err(|e| failed(e.error.to_string()))
+    osl_files::replace(path, &bytes).map_err(|e| failed(e.error.reason()))
 }

@@ -94,8 +94,37 @@ impl Ranges {
 
 /// The summary of a run without an image: the range of each output, so that a first run shows something.
 pub(super) fn summary(ranges: &Ranges, out: &mut dyn Write) {
-    for (output, _, component, Range { min, max, mean, .. }) in &ranges.0 {
-        let _ = writeln!(out, "{output}[{component}]: {min} to {max}, mean {mean:.6}");
+    for (output, _, component, range) in &ranges.0 {
+        let _ = writeln!(out, "{output}[{component}]: {}", described(range));
     }
     let _ = writeln!(out, "(no image written: name one with -o)");
+}
+
+fn described(Range { min, max, mean, .. }: &Range) -> String {
+    // Without any number, the smallest value is positively infinite and the largest negatively.
+    if min > max {
+        return if mean.is_nan() { "NaN everywhere".into() } else { "no values".into() };
+    }
+    // Infinities of both signs also give such a mean.
+    let some = mean.is_nan() && !(min.is_infinite() && max.is_infinite() && min != max);
+    format!("{min} to {max}, mean {mean:.6}{}", if some { " (some values are NaN)" } else { "" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_said() {
+        let of = |values: &[f32]| {
+            let words: Vec<u32> = values.iter().map(|x| x.to_bits()).collect();
+            let mut ranges = [Range::default()];
+            Range::add_all(&mut ranges, &[Values { words: &words, ints: false }]);
+            described(&ranges[0])
+        };
+        assert_eq!(of(&[0.0, 1.0]), "0 to 1, mean 0.500000");
+        assert_eq!(of(&[f32::NAN, f32::NAN]), "NaN everywhere");
+        assert_eq!(of(&[0.0, f32::NAN, 1.0]), "0 to 1, mean NaN (some values are NaN)");
+        assert_eq!(of(&[f32::NEG_INFINITY, f32::INFINITY]), "-inf to inf, mean NaN");
+    }
 }

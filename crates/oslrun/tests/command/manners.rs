@@ -190,6 +190,42 @@ fn profiles_say_which_line_costs_most() {
 }
 
 #[test]
+fn negative_values_are_answered_with_the_permitted_ones() {
+    let dir = folder();
+    for (args, said) in [
+        ("one.osl --samples -1", "-1 is not in 1.."),
+        ("one.osl --adaptive -1", "invalid value '-1' for '--adaptive"),
+        ("one.osl --max-time -1", "a number of seconds above 0"),
+        ("one.osl --max-memory -1", "invalid value '-1' for '--max-memory"),
+        ("explain one.osl --at -1,1", "`-1` is no column or row: they are counted from 0"),
+    ] {
+        let (code, _, err) = run(dir.path(), args);
+        assert!(code == 2 && err.contains(said), "{args}: {err}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn write_protected_files_stay_and_links_are_followed() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let dir = folder();
+    let path = |name: &str| dir.path().join(name);
+    std::fs::write(path("x.png"), "old").unwrap();
+    for name in ["x.png", "many.osl"] {
+        std::fs::set_permissions(path(name), PermissionsExt::from_mode(0o444)).unwrap();
+    }
+    for args in ["one.osl -g 2x2 -o x.png", "fmt many.osl"] {
+        let (code, _, err) = run(dir.path(), args);
+        assert!(code != 0 && err.contains("it is write-protected"), "{args}: {err}");
+    }
+    assert_eq!(std::fs::read(path("x.png")).unwrap(), b"old");
+    assert_eq!(std::fs::read_to_string(path("many.osl")).unwrap(), MANY);
+    symlink("there.png", path("link.png")).unwrap();
+    let (code, _, err) = run(dir.path(), "one.osl -g 2x2 -o link.png");
+    assert!(code == 0 && path("link.png").is_symlink() && path("there.png").exists(), "{err}");
+}
+
+#[test]
 fn pages_for_packages_are_made() {
     let dir = folder();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {

@@ -144,16 +144,18 @@ struct FiniteRange {
     low: f32,
     high: f32,
     values: usize,
+    /// Whether some of them are infinite.
+    infinite: bool,
 }
 
 impl FiniteRange {
     fn of(planes: &[Cow<'_, [f32]>], covered: Option<&[f32]>) -> FiniteRange {
-        let start = FiniteRange { low: f32::INFINITY, high: f32::NEG_INFINITY, values: 0 };
+        let start = FiniteRange { low: f32::INFINITY, high: f32::NEG_INFINITY, values: 0, infinite: false };
         counted(planes, covered).fold(start, |found, x| {
             let values = found.values + 1;
             match x.is_finite() {
-                true => FiniteRange { low: found.low.min(x), high: found.high.max(x), values },
-                false => FiniteRange { values, ..found },
+                true => FiniteRange { low: found.low.min(x), high: found.high.max(x), values, ..found },
+                false => FiniteRange { values, infinite: found.infinite || x.is_infinite(), ..found },
             }
         })
     }
@@ -195,8 +197,13 @@ impl FiniteRange {
         if parts.is_empty() {
             return None;
         }
-        let range =
-            if self.low <= self.high { format!(" ({} to {})", self.low, self.high) } else { String::new() };
+        // The range is that of the finite values.
+        let more = if self.infinite { ", and infinite ones" } else { "" };
+        let range = if self.low <= self.high {
+            format!(" ({} to {}{more})", self.low, self.high)
+        } else {
+            String::new()
+        };
         Some(format!(
             "of the values of `{name}`{range}, {} in the picture; --range auto shows all; --range A,B, --signed or \
              --exposure N choose what is shown",
@@ -246,6 +253,8 @@ mod tests {
     #[test]
     fn what_is_clipped_is_said() {
         let note = |values: &[f32]| shown(&DisplayArgs::default(), Type::FLOAT, values).1;
+        let infinite = note(&[0.0, 1.0, f32::INFINITY]).unwrap_or_default();
+        assert!(infinite.starts_with("of the values of `x` (0 to 1, and infinite ones), 33.3 % are above 1"));
         assert_eq!(note(&[0.0, 1.0]), None);
         assert_eq!(
             note(&[-0.5, 0.5, 2.0, f32::NAN]).as_deref(),

@@ -25,10 +25,10 @@ pub(in crate::cli) struct LimitArgs {
     #[arg(long, value_name = "NAME=N", value_parser = limit, help_heading = heading::LIMITS)]
     limit: Vec<(String, String)>,
     /// Maximum time in seconds for the command (default: no limit).
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, env = "OSLRUN_MAX_TIME", hide_env = true, help_heading = heading::LIMITS)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, env = "OSLRUN_MAX_TIME", hide_env = true, help_heading = heading::LIMITS)]
     max_time: Option<f64>,
     /// Maximum memory for the command (default: three quarters of the machine's memory).
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..), env = "OSLRUN_MAX_MEMORY", hide_env = true, help_heading = heading::LIMITS)]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..), allow_negative_numbers = true, env = "OSLRUN_MAX_MEMORY", hide_env = true, help_heading = heading::LIMITS)]
     max_memory: Option<u64>,
     /// The limits, created at the first use.
     #[arg(skip)]

@@ -316,7 +316,7 @@ pub(super) struct OnArgs {
 pub(super) struct SampleArgs {
     /// Samples per pixel (default: 1, at its centre); with --adaptive and --max-error the maximum per pixel
     /// (default: 1024 and 4096).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)), help_heading = heading::SAMPLES)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)), allow_negative_numbers = true, help_heading = heading::SAMPLES)]
     pub(super) samples: Option<u32>,
     /// Filter of the pixels: box, gaussian, blackman-harris or mitchell, and its width in pixels (default: 1,
     /// 2, 3, 4). A single sample is always at the centre.
@@ -326,7 +326,7 @@ pub(super) struct SampleArgs {
     #[arg(long, value_name = "WxH", value_parser = rate, conflicts_with_all = ["samples", "filter", "adaptive", "max_error", "within"], help_heading = heading::SAMPLES)]
     pub(super) shading_rate: Option<Rate>,
     /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
-    #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error", help_heading = heading::SAMPLES)]
+    #[arg(long, value_name = "ERROR", value_parser = error, allow_negative_numbers = true, conflicts_with = "max_error", help_heading = heading::SAMPLES)]
     pub(super) adaptive: Option<f32>,
     /// Keep the error of 999 in 1000 pixels below this with as little work as possible: pixels are
     /// interpolated where the shader is smooth, and have many samples where it is not. 0.01 is in the units

@@ -84,7 +84,7 @@ pub(super) fn group<'a>(
     }
     if let Some(file) = &job.archive {
         osl_files::replace(Path::new(file), serialized(&group).as_bytes())
-            .map_err(|why| format!("ERROR: cannot write {file}: {}", why.error))?;
+            .map_err(|why| format!("ERROR: cannot write {file}: {}", why.error.reason()))?;
     }
     Ok((group, sources))
 }
