@@ -442,7 +442,7 @@ fn when_the_time_is_over_nothing_is_claimed() {
         program: &program,
         body,
         given: &[],
-        build: &|_, _| None,
+        build: &|_| None,
         grid: &grid(),
         services: &Services::default(),
         options: &options,
