@@ -28,7 +28,9 @@ const HAVE_CLAIMS: [sanitize::Kind; 5] = [
 pub struct Proven {
     /// What was proved.
     pub report: Report,
+    /// The program as `sanitize` follows it, and as it was enclosed.
     subject: Subject,
+    enclosed: Subject,
     sources: SourceMap,
 }
 
@@ -54,7 +56,7 @@ pub fn prove(
     let domain = Domain::of_patch(scale, offset);
     let enclosed = bounds::subject(body, &options);
     let report = bounds::prove(&enclosed, (services, points, &checked.sources), &domain, effort, "case");
-    Some(Proven { report, subject, sources: checked.sources })
+    Some(Proven { report, subject, enclosed, sources: checked.sources })
 }
 
 /// The numbers of a plane; ints are exact.
@@ -66,8 +68,8 @@ pub fn numbers(plane: &Plane) -> Vec<f64> {
 }
 
 /// The first value at these points outside of its bounds, or event that was excluded or of which nothing is
-/// claimed. The derivatives of the
-/// points must be those of the report. A program that does not run to its end violates nothing.
+/// claimed. The derivatives of the points must be those of the report. A program that does not run to its end
+/// violates nothing.
 pub fn violation(proven: &Proven, text: &str, services: &Services, points: &Grid) -> Option<String> {
     let report = &proven.report;
     let options = RunOptions { limits: run::steps(STEPS), ..RunOptions::default() };
@@ -91,16 +93,20 @@ pub fn violation(proven: &Proven, text: &str, services: &Services, points: &Grid
         }
     }
     let places = sanitize::Points { source: points, size: (points.width, points.height), pixels: None };
-    let examined = sanitize::sanitize(&proven.subject, services, &places, &proven.sources, "case");
-    examined.report.events.iter().find_map(|event| {
-        let (kind, quote) = (event.kind, &event.quote);
-        let mut claims = report.claims.iter().filter(|claim| claim.kind == kind && claim.quote == *quote);
-        let is_open = |claim: &bounds::Claim| claim.verdict != Verdict::Proven;
-        let why = match claims.next() {
-            None if HAVE_CLAIMS.contains(&kind) => "of which nothing is claimed",
-            Some(claim) if !is_open(claim) && !claims.any(is_open) => "which was excluded",
-            _ => return None,
-        };
-        Some(format!("{kind:?} at {quote:?}, {why}"))
-    })
+    let claims = |event: &sanitize::Event, verdict: fn(Verdict) -> bool| {
+        let mut claims = report.claims.iter().filter(|claim| verdict(claim.verdict));
+        claims.any(|claim| claim.kind == event.kind && claim.quote == event.quote)
+    };
+    let events = |subject| {
+        sanitize::sanitize(subject, services, &places, &proven.sources, "case").report.events.into_iter()
+    };
+    let mut excluded = events(&proven.subject).filter(|event| claims(event, |v| v == Verdict::Proven));
+    if let Some(event) = excluded.next() {
+        return Some(format!("{:?} at {:?}, which was excluded", event.kind, event.quote));
+    }
+    // Equal operations have one claim, so the events are those of the program in which they are one.
+    let mut unnamed = events(&proven.enclosed)
+        .filter(|event| HAVE_CLAIMS.contains(&event.kind) && !claims(event, |v| v != Verdict::Proven));
+    let event = unnamed.next()?;
+    Some(format!("{:?} at {:?}, of which nothing is claimed", event.kind, event.quote))
 }

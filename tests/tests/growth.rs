@@ -200,7 +200,7 @@ const SHAPES: &[Shape] = &[
     shape("explain_nest", "explain a.osl --at 0,0 -g 2x2", 45, nest),
     shape("sanitize_nest", "sanitize a.osl -g 2x2", 45, nest),
     shape("stability_nest", "stability a.osl -g 2x2", 45, nest),
-    shape("bounds_nest", "bounds a.osl --tiles 4", 45, nest),
+    shape("bounds_nest", "bounds a.osl --tiles 1", 25, nest),
     shape("oso_operations", COMPILED, 20_000, |n| {
         format!("{OSO}code ___main___\n{}\tend\n", "\tassign\to $c\n".repeat(n))
     }),

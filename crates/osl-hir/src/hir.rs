@@ -15,8 +15,8 @@ use std::sync::{Arc, OnceLock};
 /// The program grows beyond its budget: the text of a compiled shader, or functions when they are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
 
-/// The name of variables that hold a piece of a long chain of operators or of `else if`. Names of the language
-/// do not begin with three underscores.
+/// The name of variables that hold a piece of a long chain of operators or of `else if`. Names of the
+/// language do not begin with three underscores.
 pub const CHAIN: &str = "___chain";
 
 /// Index of a variable in [`Program::vars`].

@@ -309,6 +309,8 @@ impl<'a> Walk<'a> {
         carried: &[Enclosure],
         ends: &mut Ends,
     ) -> Option<Vec<Enclosure>> {
+        // A loop within many others carries the variables of all.
+        self.steps = self.steps.saturating_sub(carried.len());
         self.set_all(repeat.params, carried);
         self.block(repeat.body);
         match self.of(repeat.cond).truth().value() {
