@@ -33,8 +33,8 @@ pub fn rewrite(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
 /// nothing changes.
 ///
 /// An existing file keeps its permissions; a new one gets those of any new file. A symbolic link stays, and
-/// its target is replaced. A device or pipe is written to directly, since renaming would destroy it. If inputs
-/// are protected ([`crate::protect_inputs`]), a file that was read is not replaced.
+/// its target is replaced. A device or pipe is written to directly, since renaming would destroy it. If
+/// inputs are protected ([`crate::protect_inputs`]), a file that was read is not replaced.
 #[derive(Debug)]
 #[must_use = "the file is in its place once it is saved"]
 pub struct Unsaved {

@@ -82,7 +82,8 @@ limits! {
         includes = 4096, "files", "E0003";
         /// Tokens that macros produce; each 16 bytes of their text count as one more.
         expansion = 1 << 20, "tokens", "E0014";
-        /// Nested parentheses and signs in a condition of the preprocessor; the condition itself is one level.
+        /// Nested parentheses and signs in a condition of the preprocessor; the condition itself is one
+        /// level.
         condition_depth = 100, "levels", "E0010";
         /// Tokens after preprocessing.
         tokens = 1 << 20, "tokens", "E0016";
@@ -162,9 +163,9 @@ limits! {
         point_memory = 16 << 20, "bytes", "strings, messages and closures";
         /// Registers and arrays of all threads; batches become smaller, and threads fewer, to fit it.
         memory = 128 << 20, "bytes", "the arrays of a point take";
-        /// Outputs of the points that are in memory at a time: some rows of the image if it becomes an EXR file,
-        /// a tile of it if a run without `-o` needs only the ranges, and otherwise the whole image. Each number
-        /// takes 4 bytes (12 in double precision).
+        /// Outputs of the points that are in memory at a time: some rows of the image if it becomes an EXR
+        /// file, a tile of it if a run without `-o` needs only the ranges, and otherwise the whole image.
+        /// Each number takes 4 bytes (12 in double precision).
         frame_bytes = 256 << 20, "bytes", "take more than";
         /// Text that all points print.
         printed_bytes = 128 << 20, "bytes", "all points together print more than";
@@ -208,8 +209,8 @@ limits! {
         /// Values of one image: width times height times channels.
         samples = 1 << 30, "values", "--limit images.samples";
         /// Memory for textures, with their coarser levels, in the type that their files store. A single
-        /// texture that is larger cannot be read. If all textures together do not fit, the least recently used
-        /// are dropped and read again on demand.
+        /// texture that is larger cannot be read. If all textures together do not fit, the least recently
+        /// used are dropped and read again on demand.
         texture_memory = 1 << 30, "bytes", "--limit images.texture_memory";
         /// Memory that decoding may take beyond that. Where several threads decode, they wait for each other.
         working_memory = 64 << 20, "bytes", "--limit images.working_memory";

@@ -1,7 +1,6 @@
 //! The resolved tree as a stream of events in the order of evaluation: which variable is read or written
 //! where.
 
-use crate::builtins::Tail;
 use crate::hir::{
     Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Step, Stmt, StmtKind, Var, VarId,
     VarKind,
@@ -224,12 +223,11 @@ impl<'p> Walk<'p> {
 
     fn builtin(&self, call: &'p BuiltinCall, sink: Sink<'_, 'p>) {
         let signature = call.row.signatures().get(call.overload);
-        // What follows the parameters is printed, or may be written.
-        let open = signature.is_some_and(|s| s.tail != Tail::None) && call.row.facts.format.is_none();
         for (index, arg) in call.args.iter().enumerate() {
             let output = match signature.and_then(|s| s.params.get(index)) {
                 Some(param) => param.output,
-                None => open,
+                // What follows the parameters is read, but for options such as `alpha` of a texture.
+                None => call.outputs.get(index).is_some_and(Option::is_some),
             };
             match &arg.kind {
                 ExprKind::Read(place) if output => {

@@ -1,5 +1,6 @@
-//! How far values are from the reference, and the tests that a level has to pass: its error is not larger than
-//! the original's, its picture is not brighter or darker, and the given image is like the points elsewhere.
+//! How far values are from the reference, and the tests that a level has to pass: its error is not larger
+//! than the original's, its picture is not brighter or darker, and the given image is like the points
+//! elsewhere.
 //!
 //! This module must not know where the values come from.
 

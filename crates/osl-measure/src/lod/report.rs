@@ -175,7 +175,7 @@ pub(super) fn report(
         pictures: Vec::new(),
     };
     let Some(found) = found else {
-        report.why = why::sentences(&search.failed, &report);
+        report.why = why::sentences(&search.failed, &report.outputs, report.samples);
         return report;
     };
     report.faded_noise = found.plan.inner.calls;

@@ -3,16 +3,16 @@
 //! This module must not know how the tests are made.
 
 use super::off::{Cause, Fault};
-use super::report::Report;
 use super::search::Failed;
 use super::words::{percent, samples};
 
-/// A sentence for each kind of level that was tried.
-pub(super) fn sentences(failed: &[Failed], report: &Report) -> Vec<String> {
-    failed.iter().map(|failed| sentence(failed, report)).collect()
+/// A sentence for each kind of level that was tried. `count` is the number of samples that levels are
+/// compared with.
+pub(super) fn sentences(failed: &[Failed], outputs: &[String], count: u32) -> Vec<String> {
+    failed.iter().map(|failed| sentence(failed, (outputs, count))).collect()
 }
 
-fn sentence(failed: &Failed, report: &Report) -> String {
+fn sentence(failed: &Failed, compared: (&[String], u32)) -> String {
     match failed {
         Failed::NoMean(name) => {
             format!("all outputs: `{name}` is no number and no triple, so it has no mean")
@@ -20,7 +20,7 @@ fn sentence(failed: &Failed, report: &Report) -> String {
         Failed::Cheap => {
             "all outputs: the shader costs no more than the test of how large a pixel is".to_string()
         }
-        Failed::Outputs(fault) => format!("all outputs by their means: {}", reason(fault, report)),
+        Failed::Outputs(fault) => format!("all outputs by their means: {}", reason(fault, compared)),
         Failed::NoStatements => {
             "single values: no statement outside of loops computes a float or a triple".to_string()
         }
@@ -31,17 +31,17 @@ fn sentence(failed: &Failed, report: &Report) -> String {
                 1 => "; one other value fails too".to_string(),
                 n => format!("; {n} other values fail too"),
             };
-            format!("single values: with the mean of `{name}`, {}{rest}", reason(fault, report))
+            format!("single values: with the mean of `{name}`, {}{rest}", reason(fault, compared))
         }
-        Failed::Written(fault) => format!("the written shader: {}", reason(fault, report)),
+        Failed::Written(fault) => format!("the written shader: {}", reason(fault, compared)),
     }
 }
 
-fn reason(fault: &Fault, report: &Report) -> String {
+fn reason(fault: &Fault, (outputs, count): (&[String], u32)) -> String {
     let Fault { cause, output, footprint, shares } = fault;
-    let name = report.outputs.get(*output).map_or("", String::as_str);
+    let name = outputs.get(*output).map_or("", String::as_str);
     let [own, other] = shares.map(percent);
-    let original = format!("{} of the original", samples(report.samples));
+    let original = format!("{} of the original", samples(count));
     match cause {
         Cause::Larger => format!(
             "`{name}` has a larger error at footprint {footprint}: {own}, and {other} with {original}"

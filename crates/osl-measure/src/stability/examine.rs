@@ -3,7 +3,7 @@
 use super::Report;
 use super::lines::{BlamedLines, Culprit, culprits};
 use super::subject::{Base, Planes, Subject};
-use super::sweep::{Finding, Setting, Trial, measure, percent, sweep};
+use super::sweep::{Finding, NOTABLE, Setting, Trial, measure, percent, sweep};
 use osl_exec::RunError;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
@@ -40,10 +40,6 @@ type Knobs = (fn(f64) -> Setting, &'static str, Option<i32>);
 const OFFSET: Knobs = (|by| Setting::Offset { by }, "offset", None);
 const SCALE: Knobs = (|by| Setting::Scale { by }, "scale", Some(0));
 const FOOTPRINT: Knobs = (|by| Setting::Footprint { by }, "footprint", Some(0));
-
-/// Smallest error at the given setting for which lines are blamed, as a share of the range: about a thousand
-/// roundings of single operations.
-pub(super) const NOTABLE: f64 = 1e-4;
 
 /// Examines a shader on a grid. `variant` compiles it with another value of a parameter, or says why that is
 /// impossible.

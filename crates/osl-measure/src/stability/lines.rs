@@ -4,12 +4,11 @@ pub use super::charge::Culprit;
 
 use super::blame::{Roundings, blame};
 use super::charge::{Charge, Found, charge, does};
-use super::examine::NOTABLE;
 use super::instruction::{Blame, InstSite};
 use super::jumps::jumps;
 use super::pairs::Pairs;
 use super::subject::{Planes, Subject};
-use super::sweep::{Setting, errors, percent, range};
+use super::sweep::{NOTABLE, Setting, errors, percent, range};
 use crate::sanitize::{Kind, events_at};
 use crate::trace::Trace;
 use osl_ir::Span;

@@ -122,6 +122,10 @@ pub struct Finding {
     pub text: String,
 }
 
+/// Smallest error at the given setting for which lines are blamed, as a share of the range: about a thousand
+/// roundings of single operations.
+pub(super) const NOTABLE: f64 = 1e-4;
+
 /// Share of wrong points up to which a setting counts as safe.
 pub(super) const SAFE: f64 = 0.001;
 

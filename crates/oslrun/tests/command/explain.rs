@@ -221,7 +221,7 @@ fn a_repair_does_no_harm_with_other_values() {
     let file = folder.path().join("sag.osl");
     // With a negative radius, the sum below the conjugate's bar cancels instead.
     let text = "shader sag(float radius = 60, output float r = 0)\n{\n    float x = 0.5 * u;\n    \
-                r = 100 * (radius - sqrt(radius * radius - x * x));\n}\n";
+                r = 100 * (radius - sqrt(radius * radius - x * x)) + 0.1 * noise(4 * u, 4 * v);\n}\n";
     std::fs::write(&file, text).unwrap();
     let file = file.display().to_string();
     let name = |more: &[&str]| {

@@ -1,12 +1,12 @@
 //! Functions of the source as terms: the value that a call returns, with the arguments in place of the
-//! formals; and components of triples that are known part by part.
+//! formals.
 //!
 //! This module must not know rows or edits.
 
+use super::components::component;
 use super::source::Source;
 use super::term::{COMPONENTS, Head, Term, product, sum};
 use osl_hir::hir::{Arg, Expr, ExprKind, Init, StmtKind, VarId};
-use osl_ir::types::Type;
 
 impl Source<'_> {
     /// The value of a call of a function that declares locals and returns an expression; `None` for any other
@@ -69,38 +69,4 @@ impl Source<'_> {
         };
         Some(Term { covers: covers(&made), ty: term.ty, text: None, ..made })
     }
-}
-
-/// A component of a triple, if the triple is a constructor, a variable, or a sum or product of such.
-pub(super) fn component(index: usize, whole: &Term) -> Option<Term> {
-    let name = whole.text.as_ref().filter(|text| text.chars().all(|c| c.is_alphanumeric() || c == '_'));
-    let named = name.and_then(|name| {
-        let text = format!("{name}[{index}]");
-        let head = Head::Call((*COMPONENTS.get(index)?).into());
-        Some(Term {
-            text: Some(text.as_str().into()),
-            ty: Some(Type::FLOAT),
-            covers: whole.covers.clone(),
-            ..Term::new(head, vec![whole.clone()])
-        })
-    });
-    let inner = match &whole.head {
-        Head::Call(name) if ["color", "point", "vector", "normal"].contains(&&**name) => {
-            whole.parts.get(index).cloned()
-        }
-        Head::Sum(flags) => {
-            let parts = whole.parts.iter().map(|part| component(index, part)).collect::<Option<Vec<Term>>>();
-            parts.map(|parts| sum(flags.iter().copied().zip(parts).collect()))
-        }
-        Head::Product(flags) => {
-            let of_part = |part: &Term| match part.ty {
-                Some(ty) if ty.is_triple() => component(index, part),
-                _ => Some(part.clone()),
-            };
-            let parts = whole.parts.iter().map(of_part).collect::<Option<Vec<Term>>>();
-            parts.map(|parts| product(flags.iter().copied().zip(parts).collect()))
-        }
-        _ => None,
-    };
-    inner.or(named)
 }

@@ -3,8 +3,8 @@
 //! This module must not know rows.
 
 use super::source::Source;
-use super::term::is_pure;
-use osl_hir::hir::{Init, StmtKind};
+use super::term::{computes, is_pure, within};
+use osl_hir::hir::{Arg, Expr, ExprKind, Init, StmtKind};
 use osl_hir::lint::{bodies, each_stmt};
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
@@ -17,13 +17,31 @@ pub(super) fn removed(before: &Source<'_>, after: &Source<'_>) -> Option<String>
         each_stmt(body, &mut |stmt| {
             let StmtKind::Declare(var, Some(Init::Value(value))) = &stmt.kind else { return };
             let Some(name) = after.program.vars.get(var.0 as usize).map(|var| &*var.name) else { return };
-            let is_left = is_pure(value) && count(after.bare(), name) == 1 && count(before.bare(), name) != 1;
+            let is_left = does_nothing(after, value)
+                && count(after.bare(), name) == 1
+                && count(before.bare(), name) != 1;
             if let Some(span) = after.start(stmt).filter(|_| is_left).and_then(|at| declaration(after, at)) {
                 edits.push(Edit { span, text: String::new() });
             }
         });
     }
     if edits.is_empty() { None } else { osl_syntax::repair::apply(after.reader.text, &edits) }
+}
+
+/// Whether an expression does nothing but compute its value: its calls are of functions that only return an
+/// expression.
+fn does_nothing(source: &Source<'_>, e: &Expr) -> bool {
+    match &e.kind {
+        ExprKind::Call(_, args) => {
+            let args = args.iter().all(|arg| match arg {
+                Arg::Copy { value: Init::Value(value), back: None } => does_nothing(source, value),
+                Arg::Copy { .. } => false,
+                Arg::Alias(_) => true,
+            });
+            args && source.inlined(e).is_some_and(|value| value.is_pure)
+        }
+        _ => is_pure(e) || (computes(e) && within(e).into_iter().all(|part| does_nothing(source, part))),
+    }
 }
 
 /// How often a word occurs.

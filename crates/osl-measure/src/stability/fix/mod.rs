@@ -7,6 +7,7 @@
 //! the best rewrite if one is not enough. This module must not write files.
 
 mod candidates;
+mod components;
 mod inlining;
 mod judge;
 mod leftover;

@@ -3,10 +3,9 @@
 //!
 //! This module must not know rows or how errors are measured.
 
-use super::super::examine::NOTABLE;
 use super::super::lines::{Culprit, culprits};
 use super::super::subject::Subject;
-use super::super::sweep::{self, Setting};
+use super::super::sweep::{self, NOTABLE, Setting};
 use super::candidates::{Candidate, candidates};
 use super::judge::{Bad, DEAR, Errors, Good, Judge};
 use super::source::Source;

@@ -3,7 +3,7 @@
 //!
 //! This module must not know the table of rewrites.
 
-use super::inlining::component;
+use super::components::component;
 use super::term::{COMPONENTS, Head, Reader, Term, product, sum, within};
 use osl_hir::hir::{Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, VarId, VarKind};
 use osl_hir::lint::{bodies, each_stmt};

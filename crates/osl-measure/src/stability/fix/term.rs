@@ -405,12 +405,16 @@ pub(crate) fn within(e: &Expr) -> Vec<&Expr> {
 
 /// Whether an expression writes nothing, prints nothing and calls no function of the source.
 pub(super) fn is_pure(e: &Expr) -> bool {
-    let own = match &e.kind {
+    computes(e) && within(e).into_iter().all(is_pure)
+}
+
+/// The same of the expression itself, without its parts.
+pub(super) fn computes(e: &Expr) -> bool {
+    match &e.kind {
         ExprKind::Assign(..) | ExprKind::Step { .. } | ExprKind::Call(..) | ExprKind::Operation(_) => false,
         ExprKind::Builtin(call) => call.outputs.iter().all(Option::is_none),
         _ => true,
-    };
-    own && within(e).into_iter().all(is_pure)
+    }
 }
 
 /// The pattern of a row.

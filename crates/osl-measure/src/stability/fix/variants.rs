@@ -1,12 +1,12 @@
 //! Other values of the parameters, at which a repair must not make points wrong that were right.
 //!
-//! A repair is found at the given values, where a root may never be near the number that it is added to, or
-//! a divisor never 0. The truth is again the original source in double precision. A point counts as wrong from
+//! A repair is found at the given values, where a root may never be near the number that it is added to, or a
+//! divisor never 0. The truth is again the original source in double precision. A point counts as wrong from
 //! the error on for which lines are blamed. This module must not know how a change was found.
 
-use super::super::examine::{Knob, NOTABLE};
+use super::super::examine::Knob;
 use super::super::subject::Subject;
-use super::super::sweep::{SAFE, Setting, range};
+use super::super::sweep::{NOTABLE, SAFE, Setting, range};
 use super::judge::{around, harmed, worst_of};
 use super::{Build, Changed};
 use crate::sanitize::{Kind, events_at};
