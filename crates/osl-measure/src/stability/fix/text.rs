@@ -107,7 +107,7 @@ fn rewrite(shader: &str, step: &Step, out: &mut String) {
 
 fn change(before: &Errors, after: &Errors) -> String {
     format!(
-        "the largest error falls from {} to {} of the output's range, the mean one from {} to {}",
+        "the largest error falls from {} to {} of the output's range, their root mean square from {} to {}",
         short(before.largest, 2),
         short(after.largest, 2),
         short(before.rms, 2),
