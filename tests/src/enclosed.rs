@@ -67,9 +67,9 @@ pub fn numbers(plane: &Plane) -> Vec<f64> {
     }
 }
 
-/// The first value at these points outside of its bounds, or event that was excluded or of which nothing is
-/// claimed. The derivatives of the points must be those of the report. A program that does not run to its end
-/// violates nothing.
+/// The first violation at these points: a value outside of its bounds, an event that was excluded, or an
+/// event that no claim is about. The derivatives of the points must be those of the report. A program that
+/// does not run to its end violates nothing.
 pub fn violation(proven: &Proven, text: &str, services: &Services, points: &Grid) -> Option<String> {
     let report = &proven.report;
     let options = RunOptions { limits: run::steps(STEPS), ..RunOptions::default() };
@@ -108,5 +108,5 @@ pub fn violation(proven: &Proven, text: &str, services: &Services, points: &Grid
     let mut unnamed = events(&proven.enclosed)
         .filter(|event| HAVE_CLAIMS.contains(&event.kind) && !claims(event, |v| v != Verdict::Proven));
     let event = unnamed.next()?;
-    Some(format!("{:?} at {:?}, of which nothing is claimed", event.kind, event.quote))
+    Some(format!("{:?} at {:?}, and no claim is about it", event.kind, event.quote))
 }

@@ -226,7 +226,7 @@ impl<'p> Walk<'p> {
         for (index, arg) in call.args.iter().enumerate() {
             let output = match signature.and_then(|s| s.params.get(index)) {
                 Some(param) => param.output,
-                // What follows the parameters is read, but for options such as `alpha` of a texture.
+                // Further arguments are read. Options such as `alpha` of a texture are written.
                 None => call.outputs.get(index).is_some_and(Option::is_some),
             };
             match &arg.kind {

@@ -11,7 +11,7 @@ use osl_syntax::ast::{self, BinaryOp, ExprId, StmtId};
 use osl_syntax::span::Span;
 
 impl Resolver<'_> {
-    /// A binary operator, with those that are its left operands.
+    /// A binary operator, and the operators of the same chain on its left.
     pub(super) fn chain(&mut self, id: ExprId, expected: Option<Type>) -> Expr {
         let ast = self.ast;
         let mut links = Vec::new();
@@ -62,7 +62,7 @@ impl Resolver<'_> {
         Lvalue { var, path: Vec::new(), ty, span }
     }
 
-    /// An `if`, with those that are its `else`.
+    /// An `if`, and the `if`s that follow in its `else`.
     pub(super) fn branches(&mut self, id: StmtId, out: &mut Vec<Stmt>) {
         let ast = self.ast;
         let mut rest = None;

@@ -148,7 +148,7 @@ pub fn prove(
 }
 
 impl Walked {
-    /// A tile of which nothing is known.
+    /// A tile for which nothing is proven yet.
     fn unknown(program: Program<'_>, tile: Tile, watched: &Arc<Watched>) -> Walked {
         let numbers = components(&Walk::unknown(program.body));
         Walked { tile, numbers, seen: Sites::unknown(program.body, watched).seen }

@@ -116,8 +116,7 @@ pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> 
 /// The expression without terms and factors that cancel.
 fn cancelled(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Option<Candidate> {
     let new = placed(source, site, &tidied(form)?)?;
-    let mut covers = Vec::new();
-    form.each(&mut |part| covers.extend(part.covers.iter().copied()));
+    let covers = form.all_covers();
     let why = "terms or factors cancel, but what is between them rounds everything else away";
     made(source, site, ("terms that cancel", why), &covers, &[], new)
 }
@@ -125,8 +124,7 @@ fn cancelled(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Option<Candid
 /// The expression as a polynomial: without what cancels when products are expanded, around the centre of its
 /// powers, or as squares of differences.
 fn by_polynomial(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Vec<Candidate> {
-    let mut covers = Vec::new();
-    form.each(&mut |part| covers.extend(part.covers.iter().copied()));
+    let covers = form.all_covers();
     let candidate = |said: (&'static str, &'static str), inserted: &[String], term: &Term| {
         made(source, site, said, &covers, inserted, placed(source, site, term)?)
     };
@@ -141,7 +139,7 @@ fn by_polynomial(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Vec<Candi
         "large squares nearly cancel; the differences are taken before they are squared",
     );
     out.extend(polynomial::squares_of_differences(form).and_then(|term| candidate(squares, &[], &term)));
-    let name = unused(source, "off", &[]);
+    let name = source.unused("off");
     if site.before.is_some()
         && let Some((term, distance)) = polynomial::around_centre(form, &name)
         && let Some(ty) = word(type_of(&distance))
@@ -154,13 +152,6 @@ fn by_polynomial(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Vec<Candi
         out.extend(candidate(centre, &[local], &term));
     }
     out
-}
-
-/// A name that neither the shader nor these locals use.
-fn unused(source: &Source<'_>, base: &str, locals: &[Local]) -> String {
-    let names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
-    let mut names = names.filter(|name| !words(source.reader.text).any(|word| word == *name));
-    names.find(|name| !locals.iter().any(|l| l.name == *name)).unwrap_or_default()
 }
 
 /// A letter with the local variable that holds it.
@@ -250,7 +241,8 @@ fn written(
         if !term.is_pure {
             return None;
         }
-        let name = unused(source, name_of(&term), locals);
+        let taken: Vec<&str> = locals.iter().map(|local| &*local.name).collect();
+        let name = source.unused_but(name_of(&term), &taken);
         // The variable keeps the form of its value, so that it still cancels.
         let local = Term { text: Some(name.as_str().into()), binds: binds::WHOLE, var: None, ..term.clone() };
         locals.push(Local { letter, name, ty: word(type_of(&term))?, value: term });

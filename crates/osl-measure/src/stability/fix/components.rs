@@ -7,17 +7,6 @@ use osl_ir::types::Type;
 
 /// A component of a triple, if the triple is a constructor, a variable, or a sum or product of such.
 pub(super) fn component(index: usize, whole: &Term) -> Option<Term> {
-    let name = whole.text.as_ref().filter(|text| text.chars().all(|c| c.is_alphanumeric() || c == '_'));
-    let named = name.and_then(|name| {
-        let text = format!("{name}[{index}]");
-        let head = Head::Call((*COMPONENTS.get(index)?).into());
-        Some(Term {
-            text: Some(text.as_str().into()),
-            ty: Some(Type::FLOAT),
-            covers: whole.covers.clone(),
-            ..Term::new(head, vec![whole.clone()])
-        })
-    });
     let inner = match &whole.head {
         Head::Call(name) if ["color", "point", "vector", "normal"].contains(&&**name) => {
             whole.parts.get(index).cloned()
@@ -36,5 +25,18 @@ pub(super) fn component(index: usize, whole: &Term) -> Option<Term> {
         }
         _ => None,
     };
-    inner.or(named)
+    inner.or_else(|| named(index, whole))
+}
+
+/// A component of a variable, by the variable's name.
+pub(super) fn named(index: usize, whole: &Term) -> Option<Term> {
+    let name = whole.text.as_ref().filter(|text| text.chars().all(|c| c.is_alphanumeric() || c == '_'))?;
+    let text = format!("{name}[{index}]");
+    let head = Head::Call((*COMPONENTS.get(index)?).into());
+    Some(Term {
+        text: Some(text.as_str().into()),
+        ty: Some(Type::FLOAT),
+        covers: whole.covers.clone(),
+        ..Term::new(head, vec![whole.clone()])
+    })
 }

@@ -338,11 +338,10 @@ pub(super) fn common_factor(term: &Term) -> Option<(Vec<(bool, Term)>, Term)> {
     let mut lists: Vec<Vec<(bool, Term)>> = term.parts.iter().map(|part| part.items(false)).collect();
     let mut common = Vec::new();
     for item in lists.first()?.clone() {
-        let is_number = matches!(item.1.head, Head::Number(_));
         let at = |list: &Vec<(bool, Term)>| list.iter().position(|(d, t)| *d == item.0 && t.same(&item.1));
         if let Some(places) = lists.iter().map(at).collect::<Option<Vec<usize>>>() {
             lists.iter_mut().zip(places).for_each(|(list, at)| drop(list.remove(at)));
-            common.push((item, is_number));
+            common.push(item);
         }
     }
     if common.is_empty() || flags.len() < 2 {
@@ -356,7 +355,7 @@ pub(super) fn common_factor(term: &Term) -> Option<(Vec<(bool, Term)>, Term)> {
     let mut inner = sum(flags.iter().copied().zip(parts).collect());
     inner.covers.extend(term.covers.iter().copied());
     inner.ty = inner.ty.or(term.ty);
-    Some((common.into_iter().map(|(item, _)| item).collect(), inner))
+    Some((common, inner))
 }
 
 #[cfg(test)]

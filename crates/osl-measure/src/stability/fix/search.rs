@@ -110,8 +110,8 @@ impl Search<'_> {
         repair
     }
 
-    /// Two rewrites of which the first alone changes little: where a root hides what nearly cancels below it,
-    /// both must go.
+    /// Tries two rewrites together. The first changes little by itself, because a second fault hides what it
+    /// gains: a root, for instance, whose argument nearly cancels too.
     fn pair(
         &self,
         neutral: Vec<(Candidate, Errors)>,

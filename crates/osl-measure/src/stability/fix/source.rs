@@ -263,10 +263,17 @@ impl<'p> Source<'p> {
 
     /// A name that the shader does not use yet.
     pub(crate) fn unused(&self, base: &str) -> String {
+        self.unused_but(base, &[])
+    }
+
+    /// A name that neither the shader nor these declarations use.
+    pub(crate) fn unused_but(&self, base: &str, taken: &[&str]) -> String {
         let words: std::collections::BTreeSet<&str> =
             self.reader.text.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
         let mut names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
-        names.find(|name| !words.contains(name.as_str())).unwrap_or_default()
+        names
+            .find(|name| !words.contains(name.as_str()) && !taken.contains(&name.as_str()))
+            .unwrap_or_default()
     }
 
     /// Whether an expression at an earlier place has the same value at a later one: nothing that it reads is

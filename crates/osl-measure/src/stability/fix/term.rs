@@ -123,6 +123,13 @@ impl Term {
         }
     }
 
+    /// The places of the source that the term and its parts come from.
+    pub(super) fn all_covers(&self) -> Vec<Span> {
+        let mut covers = Vec::new();
+        self.each(&mut |part| covers.extend(part.covers.iter().copied()));
+        covers
+    }
+
     /// Visits the term and its parts.
     pub(super) fn each(&self, visit: &mut dyn FnMut(&Term)) {
         visit(self);

@@ -84,7 +84,7 @@ fn none(repair: &Repair, shader: &str, out: &mut String) {
     } else if let Some((step, (name, value))) = &repair.harmful {
         let _ = writeln!(
             out,
-            "\nThis one helps with the given values, but with `{name} = {value}` it makes points wrong that are right:"
+            "\nThis one helps with the given values, but with `{name} = {value}` its results differ from those of the original in double precision, where the original is right:"
         );
         rewrite(shader, step, out);
         if let Some(before) = &repair.before {

@@ -24,8 +24,8 @@ const FOLLOWED: usize = 8;
 struct Variant {
     name: String,
     value: String,
-    /// Its outputs in double precision; `None` for those that are the same everywhere. Such a value says
-    /// little, for instance a frequency of 0.
+    /// Its outputs in double precision. An output that is the same at all points is `None`: it shows little
+    /// of a change, as with a frequency of 0.
     truth: Vec<Option<Vec<f64>>>,
     ranges: Vec<f64>,
     /// For each point the largest error near it.

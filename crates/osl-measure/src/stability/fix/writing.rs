@@ -3,6 +3,7 @@
 //!
 //! This module must not know where the text goes.
 
+use super::components::named;
 use super::matching::PatternMatch;
 use super::polynomial;
 use super::term::{COMPONENTS, Head, Term, binds, negative, sum};
@@ -69,25 +70,12 @@ fn called(name: &str, parts: Vec<Term>) -> Option<Term> {
         }
         ("wrapped", _) => return None,
         _ if let Some(index) = COMPONENTS.iter().position(|own| *own == name) => {
-            return component(index, parts.first()?);
+            return named(index, parts.first()?);
         }
         ("abs", [x]) => Term::number(x.abs()),
         ("floor", [x]) => Term::number(x.floor()),
         ("mod", [x, y]) if *y != 0.0 => Term::number(x - y * (x / y).floor()),
         _ => Term::new(Head::Call(name.into()), parts),
-    })
-}
-
-/// A component of a variable, by its index.
-fn component(index: usize, whole: &Term) -> Option<Term> {
-    let (name, _) = show(whole);
-    let is_name = name.chars().all(|c| c.is_alphanumeric() || c == '_');
-    let text = format!("{name}[{index}]");
-    is_name.then(|| Term {
-        text: Some(text.as_str().into()),
-        is_pure: whole.is_pure,
-        covers: whole.covers.clone(),
-        ..Term::new(Head::Leaf(text.as_str().into()), Vec::new())
     })
 }
 
