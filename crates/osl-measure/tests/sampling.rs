@@ -353,7 +353,7 @@ fn the_clock_decides_the_number_of_samples_and_nothing_else() {
         shading(EDGE, &grid, Filter::new(kind, kind.usual_width()), |s| {
             let mut seen = Vec::new();
             for each in [7.0, 0.9, 0.4, 0.3, 0.25, 0.2, 0.15] {
-                let timed = within(s, 1.0, &ticking(each), &|_| ()).unwrap();
+                let timed = within(s, &|_, _| 1.0, &ticking(each), &|_| ()).unwrap();
                 let pattern = s.pattern.clone().with(timed.samples);
                 let plain = Shading { pattern, ..s.clone() }.rows(0..24, timed.samples).unwrap();
                 let words =

@@ -117,36 +117,36 @@ macro_rules! for_each_lane_op {
             Mod "mod" each (F, F) -> F, common::modulo, root jump strict divisors, modulo;
             // The divisor is a constant other than 0.
             ModBy "mod.const" each (F, F) -> F, common::modulo_by_constant, root jump strict divisors, modulo;
-            Fmod "fmod" each (F, F) -> F, lane::fmod, elementary jump strict divisors, first;
+            Fmod "fmod" each (F, F) -> F, lane::fmod, exponential jump strict divisors, first;
             // The divisor is a constant.
-            FmodExact "fmod.exact" each (F, F) -> F, lane::fmod_exact, elementary jump strict divisors, first;
+            FmodExact "fmod.exact" each (F, F) -> F, lane::fmod_exact, exponential jump strict divisors, first;
             IsNan "isnan" whole (F) -> I, common::isnan, cheap compare strict everywhere, none;
             IsInf "isinf" whole (F) -> I, common::isinf, cheap compare strict everywhere, none;
             IsFinite "isfinite" whole (F) -> I, common::isfinite, cheap compare strict everywhere, none;
             // Elementary functions.
-            Sin "sin" each (F) -> F, lane::sin, elementary smooth approximated everywhere, sin;
-            Cos "cos" each (F) -> F, lane::cos, elementary smooth approximated everywhere, cos;
-            Tan "tan" each (F) -> F, lane::tan, elementary smooth approximated everywhere, tan;
-            Asin "asin" each (F) -> F, lane::asin, elementary smooth approximated arcs, asin;
-            Acos "acos" each (F) -> F, lane::acos, elementary smooth approximated arcs, acos;
-            Atan "atan" each (F) -> F, lane::atan, elementary smooth approximated everywhere, atan;
-            Atan2 "atan2" each (F, F) -> F, lane::atan2, elementary smooth approximated everywhere, arc_tangent;
-            Sinh "sinh" each (F) -> F, lane::sinh, elementary smooth approximated everywhere, sinh;
-            Cosh "cosh" each (F) -> F, lane::cosh, elementary smooth approximated everywhere, cosh;
-            Tanh "tanh" each (F) -> F, lane::tanh, elementary smooth approximated everywhere, tanh;
-            Exp "exp" each (F) -> F, lane::exp, elementary smooth approximated everywhere, exp;
-            Exp2 "exp2" each (F) -> F, lane::exp2, elementary smooth approximated everywhere, exp2;
-            Expm1 "expm1" each (F) -> F, lane::expm1, elementary smooth approximated everywhere, expm1;
-            Log "log" each (F) -> F, lane::log, elementary smooth approximated logs, log;
-            Log2 "log2" each (F) -> F, lane::log2, elementary smooth approximated logs, log2;
-            Log10 "log10" each (F) -> F, lane::log10, elementary smooth approximated logs, log10;
+            Sin "sin" each (F) -> F, lane::sin, trigonometric smooth approximated everywhere, sin;
+            Cos "cos" each (F) -> F, lane::cos, trigonometric smooth approximated everywhere, cos;
+            Tan "tan" each (F) -> F, lane::tan, trigonometric smooth approximated everywhere, tan;
+            Asin "asin" each (F) -> F, lane::asin, exponential smooth approximated arcs, asin;
+            Acos "acos" each (F) -> F, lane::acos, exponential smooth approximated arcs, acos;
+            Atan "atan" each (F) -> F, lane::atan, exponential smooth approximated everywhere, atan;
+            Atan2 "atan2" each (F, F) -> F, lane::atan2, exponential smooth approximated everywhere, arc_tangent;
+            Sinh "sinh" each (F) -> F, lane::sinh, trigonometric smooth approximated everywhere, sinh;
+            Cosh "cosh" each (F) -> F, lane::cosh, exponential smooth approximated everywhere, cosh;
+            Tanh "tanh" each (F) -> F, lane::tanh, exponential smooth approximated everywhere, tanh;
+            Exp "exp" each (F) -> F, lane::exp, exponential smooth approximated everywhere, exp;
+            Exp2 "exp2" each (F) -> F, lane::exp2, exponential smooth approximated everywhere, exp2;
+            Expm1 "expm1" each (F) -> F, lane::expm1, exponential smooth approximated everywhere, expm1;
+            Log "log" each (F) -> F, lane::log, exponential smooth approximated logs, log;
+            Log2 "log2" each (F) -> F, lane::log2, exponential smooth approximated logs, log2;
+            Log10 "log10" each (F) -> F, lane::log10, exponential smooth approximated logs, log10;
             Logb "logb" each (F) -> F, lane::logb, cheap step strict everywhere, none;
-            Pow "pow" each (F, F) -> F, lane::pow, elementary smooth approximated powers, power;
+            Pow "pow" each (F, F) -> F, lane::pow, power smooth approximated powers, power;
             Sqrt "sqrt" each (F) -> F, common::sqrt, root smooth strict roots, sqrt;
             InverseSqrt "inversesqrt" each (F) -> F, common::inversesqrt, root smooth approximated logs, inversesqrt;
-            Cbrt "cbrt" each (F) -> F, lane::cbrt, elementary smooth approximated everywhere, cbrt;
-            Erf "erf" each (F) -> F, lane::erf, elementary smooth approximated everywhere, erf;
-            Erfc "erfc" each (F) -> F, lane::erfc, elementary smooth approximated everywhere, erfc;
+            Cbrt "cbrt" each (F) -> F, lane::cbrt, exponential smooth approximated everywhere, cbrt;
+            Erf "erf" each (F) -> F, lane::erf, exponential smooth approximated everywhere, erf;
+            Erfc "erfc" each (F) -> F, lane::erfc, exponential smooth approximated everywhere, erfc;
             // Geometry.
             Dot "dot" whole (T, T) -> F, geometry::dot, cheap smooth fused everywhere, dot;
             Cross "cross" whole (T, T) -> T, geometry::cross, cheap smooth strict everywhere, cross;
@@ -257,8 +257,14 @@ macro_rules! fact {
     (medium) => {
         Cost::Medium
     };
-    (elementary) => {
-        Cost::Elementary
+    (exponential) => {
+        Cost::Exponential
+    };
+    (trigonometric) => {
+        Cost::Trigonometric
+    };
+    (power) => {
+        Cost::Power
     };
     (matrix) => {
         Cost::Matrix

@@ -32,7 +32,7 @@ pub(crate) fn of_arrays(arrays: &[Array]) -> u64 {
 fn of_op(op: LaneOp) -> u64 {
     match op.cost() {
         Cost::Part | Cost::Cheap | Cost::Root | Cost::Medium => 1,
-        Cost::Elementary => 4,
+        Cost::Exponential | Cost::Trigonometric | Cost::Power => 4,
         Cost::Matrix => 20,
         Cost::System => 60,
         Cost::Spectrum => 300,

@@ -34,13 +34,14 @@ const COARSE: (usize, usize, usize) = (16, 64, 16384);
 const QUICKEST: f64 = 1e-12;
 
 /// Renders an image with as many samples per pixel as fit before `clock` shows `end`; both are in seconds.
-/// `progress` is called with the passed share of the time.
+/// The end may depend on the samples of each pixel and the seconds of an evaluation, because what follows
+/// takes time, too. `progress` is called with the passed share of the time.
 ///
 /// # Errors
 /// A loop exceeds its budget.
 pub fn within(
     shading: &Shading<'_>,
-    end: f64,
+    end: &dyn Fn(u32, f64) -> f64,
     clock: &(dyn Fn() -> f64 + Sync),
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Timed, RunError> {
@@ -57,6 +58,8 @@ pub fn within(
     let mut centres: Option<Image> = None;
     let mut fits_one = false;
     loop {
+        // The next pass at most doubles the samples.
+        let end = end(2 * passes.samples.max(1), each);
         progress((before - begin) / (end - begin).max(QUICKEST));
         let fits = ((end - before) / (each * count)).clamp(0.0, f64::from(MAX_SAMPLES)) as u32;
         let reached = passes.samples;

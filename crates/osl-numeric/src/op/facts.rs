@@ -11,8 +11,12 @@ pub enum Cost {
     Root,
     /// About ten operations.
     Medium,
-    /// A polynomial with argument reduction: sine, power, exact remainder.
-    Elementary,
+    /// A polynomial with a simple argument reduction: exponential, logarithm, arc tangent, exact remainder.
+    Exponential,
+    /// A polynomial with a longer argument reduction: sine.
+    Trigonometric,
+    /// A logarithm, an exponential, and many special cases: a power.
+    Power,
     /// A product, inverse or determinant of matrices.
     Matrix,
     /// A change of RGB system that is known only at run time.
@@ -22,14 +26,16 @@ pub enum Cost {
 }
 
 impl Cost {
-    /// The cost in additions.
+    /// The cost in additions: about the ratio of times of many such operations (`docs/accuracy.md`).
     pub fn additions(self) -> usize {
         match self {
             Cost::Part => 0,
             Cost::Cheap => 1,
             Cost::Root => 4,
             Cost::Medium => 8,
-            Cost::Elementary => 16,
+            Cost::Exponential => 10,
+            Cost::Trigonometric => 16,
+            Cost::Power => 40,
             Cost::Matrix | Cost::System | Cost::Spectrum => 100,
         }
     }

@@ -6,8 +6,10 @@
 //! most 1.1 times the time in the median, and less than twice in 90 %.
 //!
 //! ```sh
-//! cargo bench -p oslrun --bench max_error -- [--file F] [--size N] [--seed N] [--table] [PART OF A NAME]
+//! cargo bench -p oslrun --bench max_error -- [--file F] [--size N] [--seed N] [--commands] [--table] [PART OF A NAME]
 //! ```
+//!
+//! `--commands` measures the same cases as whole commands, by the clock: the results must be there already.
 //!
 //! Truths and best settings are kept in `target/max_error`. The first run takes half an hour on one core,
 //! later ones a quarter of one. The results are added to a file there (`--file` names another one), and a
@@ -25,6 +27,7 @@
 
 #[path = "../cases/mod.rs"]
 mod cases;
+mod commands;
 mod shaders;
 mod table;
 mod truth;
@@ -54,6 +57,8 @@ struct Selection {
     /// Measures one small case of each shader, to see that the bench works.
     quick: bool,
     table: bool,
+    /// Measures whole commands.
+    commands: bool,
     file: PathBuf,
     folder: PathBuf,
     part: Option<String>,
@@ -76,6 +81,7 @@ impl Selection {
             // `cargo test` and `cargo bench -- --quick` only check that it works.
             quick: is("--test") || is("--quick") || !is("--bench"),
             table: is("--table"),
+            commands: is("--commands"),
             file: value("--file").map_or_else(|| folder.join("results.tsv"), PathBuf::from),
             folder,
             part: part.map(|(_, a)| a.clone()),
@@ -197,6 +203,10 @@ fn main() {
     if !wanted.table {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
         for shader in all.iter().filter(is_wanted) {
+            if wanted.commands {
+                commands::measure(shader, &wanted);
+                continue;
+            }
             let compiled = shader.compile();
             for side in
                 sides.iter().filter(|side| wanted.quick || wanted.side.is_none_or(|own| own == **side))
@@ -204,6 +214,9 @@ fn main() {
                 pool.install(|| measure(shader, &compiled, *side, (&services, &wanted)));
             }
         }
+    }
+    if wanted.commands {
+        wanted.file = commands::file(&wanted);
     }
     let results = wanted.results();
     println!("{}", table::tables(&results));

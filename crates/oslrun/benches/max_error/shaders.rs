@@ -147,6 +147,17 @@ impl Shader {
         format!("{} {:?} {:?} {}", self.text, self.outputs, self.params, self.center)
     }
 
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// What the command line has to say beside the file and the size.
+    pub(crate) fn arguments(&self) -> Vec<String> {
+        let outputs = (!self.outputs.is_empty()).then(|| format!("--outputs={}", self.outputs.join(",")));
+        let params = self.params.iter().flat_map(|(name, value)| ["-p".into(), format!("{name}={value}")]);
+        outputs.into_iter().chain(params).chain(self.center.then(|| "--center".into())).collect()
+    }
+
     /// The program before the passes, and the options of the passes.
     pub(crate) fn lowered(&self) -> (Body, passes::Options) {
         let params: Vec<(String, String)> =

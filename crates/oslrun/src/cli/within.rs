@@ -10,12 +10,17 @@ use osl_measure::sample::{Shading, Tally, Watch, within};
 use std::ops::Range;
 use std::time::Duration;
 
-/// Share of the time for the samples. The rest is for measuring the error.
-const SAMPLING: f64 = 0.9;
+/// The largest share of the time for measuring the error. The rest is for the samples.
+const CHECKING: f64 = 0.1;
 /// The number of compared pixels: the minimum, whatever they take, and the maximum.
 const CHECKED: (usize, usize) = (16, 4096);
 /// Samples of the oracle per pixel: twice those of the image, within these numbers.
 const ORACLE: (u32, u32) = (64, 16384);
+
+/// The samples of the oracle for an image with so many.
+fn oracle(samples: u32) -> u32 {
+    samples.saturating_mul(2).next_power_of_two().clamp(ORACLE.0, ORACLE.1)
+}
 
 /// An image that is computed within a time, as a whole before its first piece is handed out.
 pub(super) struct InTime<'a, 'b> {
@@ -50,12 +55,14 @@ impl<'a, 'b> InTime<'a, 'b> {
 
     fn compute(&self) -> Result<Done, RunError> {
         let all = self.time.as_secs_f64();
-        let timed = within(self.shading, SAMPLING * all, self.clock, self.progress)?;
-        let (mut image, samples) = (timed.image, timed.samples);
-        let (fewest, most) = ORACLE;
-        let oracle = samples.saturating_mul(2).next_power_of_two().clamp(fewest, most);
-        let affordable = ((all - (self.clock)()) / (timed.each * f64::from(oracle))).max(0.0) as usize;
         let (width, height) = self.shading.surface.size();
+        let most = CHECKED.1.min(width * height) as f64;
+        let checking = |samples: u32, each: f64| each * f64::from(oracle(samples)) * most;
+        let end = |samples: u32, each: f64| all - checking(samples, each).min(CHECKING * all);
+        let timed = within(self.shading, &end, self.clock, self.progress)?;
+        let (mut image, samples) = (timed.image, timed.samples);
+        let oracle = oracle(samples);
+        let affordable = ((all - (self.clock)()) / (timed.each * f64::from(oracle))).max(0.0) as usize;
         let mut watch = Watch::new(width * height, affordable.clamp(CHECKED.0, CHECKED.1));
         watch.note(&image, 0);
         let check = watch.check(self.shading, &[], [oracle; 2])?;
