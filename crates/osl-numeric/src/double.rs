@@ -14,14 +14,14 @@ use pxfm::{
 };
 use std::f64::consts::{FRAC_PI_2, LN_2, PI};
 
-/// The smallest normal and the largest single-precision number: the ends of the domain of logarithms.
+/// What stands for a number that has no logarithm: the smallest normal float, as in single precision.
 const SMALLEST: f64 = f32::MIN_POSITIVE as f64;
-const LARGEST: f64 = f32::MAX as f64;
-/// The ends of the exponentials' range, as powers of two.
-const MOST: f64 = 126.0;
+/// The ends of the exponentials' range, as powers of two: those of normal numbers, as in single precision,
+/// but of doubles, so that an overflow of single precision is an error against this arithmetic.
+const MOST: f64 = 1022.0;
 /// 2 to that power, and one over it.
-const HUGE: f64 = f64::from_bits((1023 + 126) << 52);
-const TINY: f64 = f64::from_bits((1023 - 126) << 52);
+const HUGE: f64 = f64::from_bits((1023 + 1022) << 52);
+const TINY: f64 = f64::from_bits((1023 - 1022) << 52);
 
 /// `x` clamped to `lo..=hi`; NaN becomes `lo`.
 #[inline(always)]
@@ -34,6 +34,12 @@ fn held(x: f64, lo: f64, hi: f64) -> f64 {
 #[inline(always)]
 fn exponent(x: f64) -> f64 {
     held(x, -MOST * LN_2, MOST * LN_2)
+}
+
+/// An argument of a logarithm: a positive finite number.
+#[inline(always)]
+fn positive(x: f64) -> f64 {
+    pick(x > 0.0, held(x, f64::MIN_POSITIVE, f64::MAX), SMALLEST)
 }
 
 impl Number for f64 {
@@ -204,20 +210,20 @@ impl Real for f64 {
     }
 
     fn log(self) -> Self {
-        f_log(held(self, SMALLEST, LARGEST))
+        f_log(positive(self))
     }
 
     fn log2(self) -> Self {
-        f_log2(held(self, SMALLEST, LARGEST))
+        f_log2(positive(self))
     }
 
     fn log10(self) -> Self {
-        f_log10(held(self, SMALLEST, LARGEST))
+        f_log10(positive(self))
     }
 
     fn logb(self) -> Self {
         let x = f64::abs(self);
-        let exponent = (held(x, SMALLEST, LARGEST).to_bits() >> 52) as i32 - 1023;
+        let exponent = (positive(x).to_bits() >> 52) as i32 - 1023;
         pick(x.is_nan(), 128.0, f64::from(exponent))
     }
 
@@ -226,7 +232,7 @@ impl Real for f64 {
     }
 
     fn pow(self, y: Self) -> Self {
-        let magnitude = held(f_pow(held(f64::abs(self), SMALLEST, LARGEST), y), TINY, HUGE);
+        let magnitude = held(f_pow(positive(f64::abs(self)), y), TINY, HUGE);
         let whole = f64::trunc(y);
         // An infinite exponent counts as even, and so does NaN.
         let fractional = f64::is_finite(y) & (whole != y);
@@ -234,7 +240,7 @@ impl Real for f64 {
         let odd = f64::is_finite(y) & (f64::trunc(half) != half);
         let of_negative = pick(fractional, 0.0, pick(odd, -magnitude, magnitude));
         let square = self * self;
-        let square = pick(square > LARGEST, LARGEST, square);
+        let square = pick(square > f64::MAX, f64::MAX, square);
         // The first test that holds takes precedence, so it comes last.
         let r = pick(self < 0.0, of_negative, magnitude);
         let r = pick(y == 2.0, square, r);

@@ -5,7 +5,7 @@
 use super::matching::{PatternMatch, find};
 use super::polynomial::{self, common_factor};
 use super::rows::{Row, rows};
-use super::source::{Site, Source};
+use super::source::{Opening, Site, Source};
 use super::term::{Head, Term, binds, parse, parse_grouped, word};
 use super::writing::{filled, show, tidied, with_factors, with_rest};
 use osl_ir::types::Type;
@@ -74,9 +74,13 @@ pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> 
         }
         let known = source.known(&term);
         let mut forms = vec![term.clone()];
-        forms.extend(known.iter().take(VARIABLES).map(|var| source.opened(&term, Some(&[*var]), 1)));
+        forms.extend(known.iter().take(VARIABLES).map(|var| source.opened(&term, Opening::Only(*var), 1)));
+        // What several values have in common may be a variable.
+        let first = source.opened(&term, Opening::All, 1);
+        let common = source.known(&first).into_iter().filter(|var| known.contains(var));
+        forms.extend(common.take(VARIABLES).map(|var| source.opened(&term, Opening::Except(var), DEPTH)));
         if !known.is_empty() || source.calls(&term) {
-            forms.extend((1..=DEPTH).map(|depth| source.opened(&term, None, depth)));
+            forms.extend((1..=DEPTH).map(|depth| source.opened(&term, Opening::All, depth)));
         }
         let mut put = |candidate: Option<Candidate>| {
             let new = candidate.filter(|c| !out.iter().any(|other| other.text == c.text));
@@ -285,7 +289,7 @@ fn written(
 }
 
 /// The text of a term in the place of an expression, with parentheses where it needs them.
-fn placed(source: &Source<'_>, site: &Site<'_>, term: &Term) -> Option<String> {
+pub(super) fn placed(source: &Source<'_>, site: &Site<'_>, term: &Term) -> Option<String> {
     let (text, own) = show(term);
     let written = |span: Span| source.reader.text.get(span.start as usize..span.end as usize);
     if let Some(target) = site.target {

@@ -17,36 +17,48 @@ use std::collections::BTreeSet;
 
 /// A loop around a statement.
 #[derive(Clone, Copy)]
-struct Round<'p> {
-    stmt: &'p Stmt,
+pub(super) struct Round<'p> {
+    pub(super) stmt: &'p Stmt,
     /// The int that counts its rounds up by one from a literal.
     counter: Option<(VarId, i32)>,
 }
 
 /// `sum += step` in a loop.
-struct Adding<'p> {
-    stmt: &'p Stmt,
-    place: &'p Lvalue,
-    step: &'p Expr,
-    is_subtracted: bool,
+pub(super) struct Adding<'p> {
+    pub(super) stmt: &'p Stmt,
+    pub(super) place: &'p Lvalue,
+    pub(super) step: &'p Expr,
+    pub(super) is_subtracted: bool,
     /// The loops around it, the outermost first.
-    rounds: Vec<Round<'p>>,
+    pub(super) rounds: Vec<Round<'p>>,
     /// Whether it runs once in every round of the innermost loop.
-    in_every_round: bool,
+    pub(super) in_every_round: bool,
 }
 
 /// All rewrites of sums in loops.
 pub(super) fn candidates(source: &Source<'_>) -> Vec<Candidate> {
-    let mut found = Vec::new();
-    for body in bodies(source.program) {
-        list(source, body, &[], true, &mut found);
-    }
     let mut out = Vec::new();
-    for adding in &found {
+    for adding in &additions(source) {
         out.extend(multiple(source, adding));
         out.extend(compensated(source, adding));
     }
     out
+}
+
+/// All additions in loops.
+pub(super) fn additions<'p>(source: &Source<'p>) -> Vec<Adding<'p>> {
+    let mut found = Vec::new();
+    for body in bodies(source.program) {
+        list(source, body, &[], true, &mut found);
+    }
+    found
+}
+
+/// The outermost loop in which a sum goes on.
+pub(super) fn outermost<'a, 'p>(source: &Source<'p>, adding: &'a Adding<'p>) -> Option<&'a Round<'p>> {
+    let declared = source.program.vars.get(adding.place.var.0 as usize)?.span;
+    let holds = |stmt: &Stmt| stmt.span.start <= declared.start && declared.end <= stmt.span.end;
+    adding.rounds.iter().find(|round| !holds(round.stmt))
 }
 
 /// Collects the additions in a list of statements.
@@ -231,12 +243,8 @@ fn all_reads(e: &Expr, visit: &mut dyn FnMut(VarId)) {
 fn compensated(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
     let var = adding.place.var;
     let ty = word(adding.place.ty)?;
-    // Before the outermost loop in which the sum goes on.
     let declared = source.program.vars.get(var.0 as usize)?;
-    let outside =
-        |stmt: &Stmt| !(stmt.span.start <= declared.span.start && declared.span.end <= stmt.span.end);
-    let round = adding.rounds.iter().find(|round| outside(round.stmt))?;
-    let before = source.start(round.stmt)?;
+    let before = source.start(outermost(source, adding)?.stmt)?;
     // The statement itself must stand in braces, since it becomes several.
     let own = source.start(adding.stmt);
     let term = source.reader.term(adding.step)?;

@@ -19,6 +19,7 @@ mod search;
 pub(crate) mod source;
 pub(crate) mod term;
 pub mod text;
+mod variance;
 mod variants;
 mod writing;
 

@@ -1,5 +1,5 @@
 //! The search for a repair at one setting: the rewrites of the blamed lines are tried, the best one is kept,
-//! and the lines that are blamed after it are next. Where no single rewrite helps, two are tried together.
+//! and the lines that are blamed after it are next. Where no single rewrite helps, several are tried together.
 //!
 //! This module must not know rows or how errors are measured.
 
@@ -10,7 +10,7 @@ use super::candidates::{Candidate, candidates};
 use super::judge::{Bad, DEAR, Errors, Good, Judge};
 use super::source::Source;
 use super::variants::Variants;
-use super::{Build, Built, Changed, Repair, Step, leftover, loops, nothing};
+use super::{Build, Built, Changed, Repair, Step, leftover, loops, nothing, variance};
 use osl_hir::hir::Program;
 use osl_scene::Grid;
 
@@ -22,9 +22,9 @@ const FURTHER: [f64; 2] = [1.2, 2.0];
 const STEPS: usize = 4;
 /// Maximum number of rewrites that are tried for one step.
 const TRIES: usize = 80;
-/// A rewrite may be the first of two if the error grows to no more than the reciprocal of this.
+/// A rewrite may be the first of several if the error grows to no more than the reciprocal of this.
 const NEUTRAL: f64 = 0.5;
-/// Maximum number of rewrites that are tried as the first of two.
+/// Maximum number of rewrites that are tried as the first of several.
 const PAIRS: usize = 8;
 /// Maximum number of them that are tested with other values of the parameters, the best ones first.
 const TESTS: usize = 12;
@@ -79,11 +79,13 @@ impl Search<'_> {
             let is_enough = best.as_ref().is_some_and(|(_, good)| before.gain(&good.errors) >= ENOUGH);
             if repair.steps.is_empty()
                 && !is_enough
-                && let Some((first, errors, second, good)) = self.pair(tried.neutral, &now)
+                && let Some((earlier, (last, good))) = self.several(tried.neutral, &now)
             {
-                touched = Some(first.lines.iter().copied().collect());
-                repair.steps.push(step(&first, &Good { errors, ..good }));
-                best = Some((second, good));
+                touched = Some(earlier.iter().flat_map(|(c, _)| c.lines.iter().copied()).collect());
+                let steps =
+                    earlier.iter().map(|(c, errors)| step(c, &Good { errors: *errors, ..good.clone() }));
+                repair.steps.extend(steps);
+                best = Some((last, good));
             }
             let Some((candidate, good)) = best else { break };
             touched.get_or_insert_with(|| candidate.lines.iter().copied().collect());
@@ -110,28 +112,37 @@ impl Search<'_> {
         repair
     }
 
-    /// Tries two rewrites together. The first changes little by itself, because a second fault hides what it
-    /// gains: a root, for instance, whose argument nearly cancels too.
-    fn pair(
+    /// Tries two rewrites together, or the same one at several places. The first changes little by itself,
+    /// because another fault hides what it gains: a root, for instance, whose argument nearly cancels too.
+    fn several(
         &self,
         neutral: Vec<(Candidate, Errors)>,
         now: &Errors,
-    ) -> Option<(Candidate, Errors, Candidate, Good)> {
-        let mut found: Option<(Candidate, Errors, Candidate, Good)> = None;
-        for (first, errors) in neutral.into_iter().take(PAIRS) {
-            if self.subject.is_over() {
-                break;
-            }
-            let changed = Changed { text: &first.text, notes: true, param: None };
-            let Some(built) = (self.build)(&changed) else { continue };
-            let blamed = self.blamed(&built);
-            let touched: Vec<u32> = first.lines.iter().copied().collect();
-            let tried = self.step(&first.text, &built.program, (&blamed, Some(&touched)), now);
-            let best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= ENOUGH);
-            if let Some((second, good)) = best
-                && found.as_ref().is_none_or(|old| better((&second, &good), (&old.2, &old.3)))
-            {
-                found = Some((first, errors, second, good));
+    ) -> Option<(Vec<(Candidate, Errors)>, (Candidate, Good))> {
+        let mut found: Option<(Vec<(Candidate, Errors)>, (Candidate, Good))> = None;
+        for first in neutral.into_iter().take(PAIRS) {
+            let name = first.0.name;
+            let mut before = vec![first];
+            while before.len() < STEPS && !self.subject.is_over() {
+                let Some((last, _)) = before.last() else { break };
+                let changed = Changed { text: &last.text, notes: true, param: None };
+                let Some(built) = (self.build)(&changed) else { break };
+                let blamed = self.blamed(&built);
+                let touched: Vec<u32> =
+                    before.iter().flat_map(|(candidate, _)| candidate.lines.iter().copied()).collect();
+                let tried = self.step(&last.text, &built.program, (&blamed, Some(&touched)), now);
+                if let Some((last, good)) = &tried.best
+                    && now.gain(&good.errors) >= ENOUGH
+                {
+                    if found.as_ref().is_none_or(|(_, old)| better((last, good), (&old.0, &old.1))) {
+                        found = Some((before, (last.clone(), good.clone())));
+                    }
+                    break;
+                }
+                let best = tried.best.map(|(candidate, good)| (candidate, good.errors));
+                let mut next = best.into_iter().chain(tried.neutral);
+                let Some(same) = next.find(|(candidate, _)| candidate.name == name) else { break };
+                before.push(same);
             }
         }
         found
@@ -148,6 +159,7 @@ impl Search<'_> {
         let source = Source::new(program, text);
         let mut list: Vec<(usize, Candidate)> = loops::candidates(&source)
             .into_iter()
+            .chain(variance::candidates(&source))
             .chain(candidates(&source, blamed))
             .filter_map(|candidate| {
                 let rank = blamed.iter().position(|line| candidate.lines.contains(line))?;

@@ -329,17 +329,17 @@ impl<'p> Source<'p> {
 
     /// The term with the values of some variables in their place, to this depth. Their texts remain the
     /// names.
-    pub(super) fn opened(&self, term: &Term, vars: Option<&[VarId]>, depth: usize) -> Term {
+    pub(super) fn opened(&self, term: &Term, vars: Opening, depth: usize) -> Term {
         self.left.set(OPENED);
         self.open(term, vars, depth)
     }
 
-    fn open(&self, term: &Term, vars: Option<&[VarId]>, depth: usize) -> Term {
+    fn open(&self, term: &Term, vars: Opening, depth: usize) -> Term {
         if depth == 0 {
             return term.clone();
         }
         if let Some((var, at)) = term.var {
-            let chosen = vars.is_none_or(|list| list.contains(&var)) && self.left.get() > 0;
+            let chosen = vars.opens(var) && self.left.get() > 0;
             let value = self.definition(var, at).filter(|_| chosen).and_then(|value| self.reader.term(value));
             return match value {
                 Some(value) => {
@@ -354,7 +354,7 @@ impl<'p> Source<'p> {
             };
         }
         if let Some(call) = term.call
-            && vars.is_none()
+            && !matches!(vars, Opening::Only(_))
             && self.left.get() > 0
             && let Some(value) = self.calls.get(&(call.start, call.end)).and_then(|call| self.inlined(call))
         {
@@ -390,6 +390,24 @@ impl<'p> Source<'p> {
 
 fn holds(outer: Span, inner: Span) -> bool {
     outer.start <= inner.start && inner.end <= outer.end
+}
+
+/// Which variables are opened: replaced by their values.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Opening {
+    All,
+    Only(VarId),
+    Except(VarId),
+}
+
+impl Opening {
+    fn opens(self, var: VarId) -> bool {
+        match self {
+            Opening::All => true,
+            Opening::Only(own) => own == var,
+            Opening::Except(own) => own != var,
+        }
+    }
 }
 
 /// The text with comments, strings and lines of the preprocessor blanked, byte for byte.

@@ -207,11 +207,25 @@ pub(super) const ROWS: &[Row] = &[
         why: "the side of a thin triangle is a difference of large squares; half the angle keeps the digits of the small one",
     },
     Row {
+        name: "law of cosines by half angle",
+        find: "1 + a * a - 2 * a * cos(x)",
+        with: &[('h', "sin(0.5 * x)"), ('d', "1 - a")],
+        write: "d * d + 4 * a * h * h",
+        why: "large terms nearly cancel; half the angle keeps the digits of the small one",
+    },
+    Row {
         name: "half angle",
         find: "a - b * cos(x)",
         with: &[('h', "sin(0.5 * x)")],
         write: "(a - b) + 2 * b * h * h",
         why: "the cosine of a small angle is rounded to nearly 1 before the difference; the half angle's sine keeps all digits",
+    },
+    Row {
+        name: "angle by half angles",
+        find: "acos(sin(a) * sin(b) + cos(a) * cos(b) * cos(c))",
+        with: &[('p', "sin(0.5 * (a - b))"), ('q', "sin(0.5 * c)"), ('h', "p * p + cos(a) * cos(b) * q * q")],
+        write: "2 * atan2(sqrt(h), sqrt(1 - h))",
+        why: "near 1 the arc cosine turns the last digit into half of all digits; the haversine takes the small angles themselves",
     },
     Row {
         name: "angle by half angles",

@@ -198,4 +198,25 @@ pub(super) const ROWS: &[Row] = &[
         write: "normalize(a / m)",
         why: "squares of very large or very small numbers leave the range of a float; the quotients do not",
     },
+    Row {
+        name: "conjugate by sign",
+        find: "hypot(a, b) + a",
+        with: &[],
+        write: "a < 0 ? b * b / (hypot(a, b) - a) : hypot(a, b) + a",
+        why: "where the two parts nearly cancel, the quotient has a sum instead of a difference",
+    },
+    Row {
+        name: "conjugate",
+        find: "c * sqrt(a) - b",
+        with: &[],
+        write: "(c * c * a - b * b) / (c * sqrt(a) + b)",
+        why: "the difference of a root and a number that is close loses digits; the quotient has a sum instead",
+    },
+    Row {
+        name: "hypotenuse without overflow",
+        find: "a * inversesqrt(dot(a, a))",
+        with: &[('m', "max(abs(comp0(a)), max(abs(comp1(a)), abs(comp2(a))))")],
+        write: "normalize(a / m)",
+        why: "squares of very large or very small numbers leave the range of a float; the quotients do not",
+    },
 ];
