@@ -281,3 +281,32 @@ impl Scalar for f64 {
         self
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::Real;
+
+    /// Whether two numbers agree to about fifteen digits.
+    fn agree(a: f64, b: f64) -> bool {
+        (a - b).abs() <= 1e-15 * b.abs()
+    }
+
+    #[test]
+    fn exponentials_and_logarithms_end_where_doubles_do() {
+        assert!(agree(Real::exp(100.0_f64), 2.688_117_141_816_135_4e43));
+        assert!(agree(Real::log(1e-60_f64), -138.155_105_579_642_74));
+        assert!(agree(Real::pow(1e-60_f64, 0.1), 1e-6));
+        for x in [-1e300_f64, -800.0, 800.0, 1e300, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(
+                Real::exp(x).is_normal() && Real::exp2(x).is_normal() && Real::pow(10.0_f64, x).is_normal()
+            );
+        }
+    }
+
+    #[test]
+    fn what_has_no_logarithm_has_that_of_the_smallest_float() {
+        for x in [0.0_f64, -0.0, -3.0, f64::NAN, f64::NEG_INFINITY] {
+            assert_eq!(Real::log(x), f64::from(f32::MIN_POSITIVE).ln(), "{x}");
+        }
+    }
+}
