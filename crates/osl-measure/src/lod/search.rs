@@ -1,5 +1,5 @@
-//! Finds the levels: from which footprint on all outputs may be replaced by their means, and which statements
-//! before that, greedily, the dearest first.
+//! Finds the levels before the far one: changes in place, and statements that are replaced by their means,
+//! greedily, the dearest first.
 //!
 //! Everything is chosen on the fitted points and then judged on the points that were held out; a level that
 //! does not hold there begins at a larger footprint or is dropped. This module must not know how the text is
@@ -8,15 +8,15 @@
 use super::Build;
 use super::frame::Frame;
 use super::inputs::Inputs;
-use super::judge::{FOOTPRINTS, Judge, Truth, Variant};
+use super::judge::{FOOTPRINTS, Judge, Variant};
 use super::known::{FootprintErrors, Known, Verdict};
-use super::means::{Statement, value};
+use super::means::Statement;
 use super::off::{Fault, Off};
-use super::write::{BEGIN, Far, Inner, Mean, Near, Plan, Said, soft, write};
+use super::place::Place;
+use super::write::{BEGIN, Far, Inner, Near, Plan, Said, soft, write};
 use super::{edges, noise};
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
-use osl_ir::types::{Base, Type};
 use osl_syntax::diagnostic::Edit;
 
 /// Changes in place with their errors at the footprints at which the body runs, in both sets.
@@ -44,6 +44,7 @@ pub(super) struct Search<'s, 'a> {
     /// Samples per pixel, of the original and of everything that is compared with it.
     pub(super) samples: u32,
     pub(super) known: &'s Known,
+    pub(super) place: &'s Place,
     /// The width of a pixel at footprint 1.
     pub(super) width: f64,
     /// Number of programs that were tried.
@@ -59,6 +60,8 @@ pub(super) enum Failed {
     NoMean(String),
     /// All outputs by their means.
     Outputs(Fault),
+    /// All outputs by their means, or by linear forms where these fail.
+    Linear(Fault),
     /// The body costs no more than the switch to its means.
     Cheap,
     /// No statement's value can be replaced.
@@ -73,68 +76,12 @@ pub(super) enum Failed {
 
 /// A footprint above the first one.
 const NEXT: f64 = 1.5;
-/// What the switch to a level costs without comparisons of parameters, in additions.
-const SWITCH: f64 = 6.0;
 /// How much cheaper a near level must be than the one before it.
 const CHEAPER: f64 = 0.9;
 /// The footprints at which near levels may begin to be complete.
 const NEAR: [usize; 3] = [2, 4, 6];
 
 impl Search<'_, '_> {
-    /// The level at which all outputs are their means. A shader that filters by itself may have other means
-    /// at larger footprints, so the means are those of the footprints at which they are used.
-    pub(super) fn far(&mut self) -> Result<Option<Far>, RunError> {
-        let is_number = |base: Base| matches!(base, Base::Int | Base::Float) || base.is_triple();
-        let program = self.source.program;
-        let mut outputs = program.shader.params.iter().filter(|param| param.output);
-        let other = outputs.find_map(|param| {
-            let var = program.vars.get(param.var.0 as usize)?;
-            (!is_number(var.ty.base)).then(|| var.name.to_string())
-        });
-        if let Some(name) = other {
-            self.failed.push(Failed::NoMean(name));
-            return Ok(None);
-        }
-        // What the width of a pixel and its comparison with the parameters cost.
-        let switch = SWITCH + self.inputs.guards.len() as f64;
-        let planes: usize = self.judge.outputs.iter().map(|output| output.planes.len()).sum();
-        if self.original.work() <= switch + planes as f64 {
-            self.failed.push(Failed::Cheap);
-            return Ok(None);
-        }
-        let mut last = None;
-        // At footprint 1 the original always runs.
-        'next: for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
-            let over: Vec<&Truth> =
-                self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
-            let mut planes = self.judge.means(&over);
-            let mut means = Vec::new();
-            for output in &self.judge.outputs {
-                let Some(own) = planes.get_mut(output.planes.clone()) else { return Ok(None) };
-                let is_int = output.ty == Type::INT;
-                if is_int {
-                    own.iter_mut().for_each(|x| *x = x.round());
-                }
-                let Some(text) = value(output.ty, own, output.range) else { continue 'next };
-                means.push(Mean { name: output.name.clone(), text, is_int });
-            }
-            let mut errors = |known: &FootprintErrors| Ok(self.constant(&planes, known));
-            match self.known.verdict(&mut errors, ((full, f64::INFINITY), true))? {
-                Ok(_) => return Ok(Some(Far { full, begin: BEGIN, means, planes })),
-                Err(fault) => last = Some(fault),
-            }
-        }
-        self.failed.extend(last.map(Failed::Outputs));
-        Ok(None)
-    }
-
-    /// The errors of planes that have the same value everywhere.
-    pub(super) fn constant(&self, planes: &[f64], known: &FootprintErrors) -> Off {
-        let count = known.original.squares.first().map_or(0, Vec::len);
-        let values: Vec<Vec<f32>> = planes.iter().map(|x| vec![*x as f32; count]).collect();
-        self.judge.compare(&values, &known.truth)
-    }
-
     /// Changes in place that bring the body closer at a footprint at which it runs: noise that fades, then
     /// edges that become softer.
     pub(super) fn inner(&mut self, far: Option<&Far>) -> Result<Inner, RunError> {
@@ -319,7 +266,12 @@ impl Search<'_, '_> {
     }
 
     /// Whether a program is good at the footprints from one on and below another.
-    fn holds(&self, variant: &Variant, footprints: (f64, f64), alone: bool) -> Result<Verdict, RunError> {
+    pub(super) fn holds(
+        &self,
+        variant: &Variant,
+        footprints: (f64, f64),
+        alone: bool,
+    ) -> Result<Verdict, RunError> {
         let mut errors = |known: &FootprintErrors| self.judge.off(variant, &known.truth, self.samples);
         self.known.verdict(&mut errors, (footprints, alone))
     }
