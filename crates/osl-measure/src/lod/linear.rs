@@ -27,6 +27,8 @@ pub(super) struct Form {
 const SURE: f64 = 6.0;
 /// Which share of a column's variance at least no other column explains.
 const OWN: f64 = 1e-6;
+/// Maximum number of decimals of a slope that is rounded.
+const DECIMALS: u32 = 15;
 
 /// The form with significant slopes, if there are any. Changes of the output up to `ignored` are ignored.
 pub(super) fn fit(points: &[Point], ignored: f64) -> Option<Form> {
@@ -38,14 +40,31 @@ pub(super) fn fit(points: &[Point], ignored: f64) -> Option<Form> {
         let (at, doubt) = least.max_by(|a, b| a.1.total_cmp(&b.1))?;
         if doubt <= 1.0 {
             let mut slopes = vec![0.0; count];
-            for (column, slope) in used.iter().zip(&fit.slopes) {
-                *slopes.get_mut(*column)? = slope.value;
+            let mut constant = fit.wanted;
+            for ((column, slope), middle) in used.iter().zip(&fit.slopes).zip(&fit.middles) {
+                let value = shortest(slope.value, slope.uncertain);
+                *slopes.get_mut(*column)? = value;
+                constant -= value * middle;
             }
-            return Some(Form { constant: fit.constant, slopes });
+            return Some(Form { constant, slopes });
         }
         used.remove(at);
     }
     None
+}
+
+/// The number with the fewest decimals within a standard error: the others are chance. So a slope that is a
+/// whole number stays right far away.
+fn shortest(x: f64, uncertain: f64) -> f64 {
+    let mut scale = 1.0;
+    for _ in 0..DECIMALS {
+        let rounded = (x * scale).round() / scale;
+        if (rounded - x).abs() <= uncertain {
+            return rounded;
+        }
+        scale *= 10.0;
+    }
+    x
 }
 
 /// A slope, its standard error, and by how much the column changes over all points.
@@ -66,7 +85,9 @@ impl Slope {
 }
 
 struct Fit {
-    constant: f64,
+    /// The mean of what is wanted, and of each column.
+    wanted: f64,
+    middles: Vec<f64>,
     slopes: Vec<Slope>,
 }
 
@@ -134,8 +155,7 @@ impl Fit {
         };
         let slopes: Vec<Slope> =
             used.iter().zip(&spreads).zip(slopes.iter().zip(&inverse)).map(one).collect();
-        let constant = wanted - slopes.iter().zip(&middles).map(|(slope, x)| slope.value * x).sum::<f64>();
-        Fit { constant, slopes }
+        Fit { wanted, middles, slopes }
     }
 }
 
@@ -206,6 +226,13 @@ mod tests {
         };
         assert!((at(30.0, 50.0) - 85.0).abs() < 1e-9 && (at(500.0, -20.0) - 990.0).abs() < 1e-9, "{form:?}");
         assert_eq!(form.slopes[2], 0.0);
+    }
+
+    #[test]
+    fn decimals_that_are_chance_are_left_out() {
+        assert_eq!((shortest(3.999_99, 2e-5), shortest(3.999_99, 1e-6)), (4.0, 3.999_99));
+        assert_eq!((shortest(-0.001_234_5, 1e-4), shortest(0.1, 0.0)), (-0.0012, 0.1));
+        assert_eq!(shortest(1.0 / 3.0, 0.0), 1.0 / 3.0);
     }
 
     #[test]

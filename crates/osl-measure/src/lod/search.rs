@@ -33,6 +33,14 @@ impl TriedChanges {
     }
 }
 
+/// Those of two changes that have the smaller errors.
+fn closer(best: Option<TriedChanges>, found: Option<TriedChanges>) -> Option<TriedChanges> {
+    match (best, found) {
+        (Some(best), Some(found)) => Some(if found.sum() < best.sum() { found } else { best }),
+        (best, found) => best.or(found),
+    }
+}
+
 /// The search for levels of one shader.
 pub(super) struct Search<'s, 'a> {
     pub(super) judge: &'s Judge<'a>,
@@ -106,25 +114,29 @@ impl Search<'_, '_> {
             ..Inner::default()
         };
         let all: Vec<&noise::Call> = calls.iter().collect();
+        let mut best: Option<TriedChanges> = None;
         for fade in noise::FADES {
-            if let Some(found) = self.attempt(inner(&all, fade), now, far)? {
-                *now = found;
-                return Ok(());
-            }
+            let found = self.attempt(inner(&all, fade), now, far)?;
+            best = closer(best, found);
         }
-        for fade in noise::FADES {
-            let mut taken: Vec<&noise::Call> = Vec::new();
-            for call in &calls {
-                let mut more = taken.clone();
-                more.push(call);
-                if let Some(found) = self.attempt(inner(&more, fade), now, far)? {
-                    (taken, *now) = (more, found);
+        // Otherwise those calls that may fade by themselves.
+        if best.is_none() && calls.len() > 1 {
+            for fade in noise::FADES {
+                let mut taken: Vec<&noise::Call> = Vec::new();
+                let mut last = None;
+                for call in &calls {
+                    let mut more = taken.clone();
+                    more.push(call);
+                    if let Some(found) =
+                        self.attempt(inner(&more, fade), last.as_ref().unwrap_or(now), far)?
+                    {
+                        (taken, last) = (more, Some(found));
+                    }
                 }
-            }
-            if !taken.is_empty() {
-                break;
+                best = closer(best, last);
             }
         }
+        *now = best.unwrap_or_else(|| std::mem::take(now));
         Ok(())
     }
 
@@ -139,10 +151,7 @@ impl Search<'_, '_> {
                 let mut inner = Inner { edges: now.inner.edges + 1, ..now.inner.clone() };
                 inner.edits.extend(edges::soften(&edge, slope, &name));
                 inner.edits.sort_by_key(|edit| edit.span.start);
-                let Some(found) = self.attempt(inner, now, far)? else { continue };
-                if best.as_ref().is_none_or(|best| found.sum() < best.sum()) {
-                    best = Some(found);
-                }
+                best = closer(best, self.attempt(inner, now, far)?);
             }
             *now = best.unwrap_or_else(|| std::mem::take(now));
         }
