@@ -6,7 +6,7 @@
 use super::judge::{FOOTPRINTS, Truth};
 use super::known::{FootprintErrors, Sets};
 use super::linear::{self, Point};
-use super::means::{linear as sum, value};
+use super::means::linear as sum;
 use super::off::{BLOCKS, Fault, Off};
 use super::search::{Failed, Search};
 use super::write::{BEGIN, Far, Form, alone};
@@ -44,7 +44,8 @@ impl Search<'_, '_> {
         let mut last = None;
         // At footprint 1 the original always runs.
         for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
-            let Some(constant) = self.means(from, full) else { continue };
+            let Some((planes, forms)) = self.means(from) else { continue };
+            let constant = Far { full, begin: BEGIN, forms, planes: Some(planes) };
             let mut errors = |known: &FootprintErrors| match &constant.planes {
                 Some(planes) => Ok(self.constant(planes, known)),
                 None => Ok(Off::default()),
@@ -60,23 +61,6 @@ impl Search<'_, '_> {
         }
         self.failed.extend(last);
         Ok(None)
-    }
-
-    /// All outputs are their means over the footprints from one on. `None` if a mean is not finite.
-    fn means(&self, from: usize, full: f64) -> Option<Far> {
-        let over: Vec<&Truth> = self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
-        let mut planes = self.judge.means(&over);
-        let mut forms = Vec::new();
-        for output in &self.judge.outputs {
-            let own = planes.get_mut(output.planes.clone())?;
-            let is_int = output.ty == Type::INT;
-            if is_int {
-                own.iter_mut().for_each(|x| *x = x.round());
-            }
-            let text = value(output.ty, own, output.range)?;
-            forms.push(Form { name: output.name.clone(), text, is_int, along: Vec::new() });
-        }
-        Some(Far { full, begin: BEGIN, forms, planes: Some(planes) })
     }
 
     /// Gives slopes to the outputs that fail with their means, one after the other.

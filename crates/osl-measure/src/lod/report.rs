@@ -67,7 +67,7 @@ pub struct Report {
 pub struct Level {
     /// What it replaces.
     pub replaces: Vec<String>,
-    /// By what: "their means", or what the outputs are linear in.
+    /// By what: means, or linear forms and in what.
     pub form: String,
     /// The outputs that are linear instead of constant.
     pub linear: Vec<String>,
@@ -222,7 +222,7 @@ enum Alone {
 
 fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -> Vec<(String, Alone)> {
     let mut alone = Vec::new();
-    let mut taken = Vec::new();
+    let (mut taken, mut outputs) = (Vec::new(), Vec::new());
     let plan = &found.plan;
     let mut push = |(replaces, form): (Vec<String>, (String, Vec<String>)), [begin, full]: [f64; 2], cost| {
         let [error, original_error] = found.errors.get(report.levels.len()).copied().unwrap_or_default();
@@ -232,16 +232,19 @@ fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -
         report.levels.push(level);
     };
     if !plan.inner.is_empty() {
-        let built = search.replaced(&[], &plan.inner).and_then(|text| (search.build)(&text));
+        let built = search.replaced((&[], &[]), &plan.inner).and_then(|text| (search.build)(&text));
         let program = built.map(|built| Alone::Program(Box::new(search.judge.variant(built.plain))));
         alone.extend(program.map(|program| ("changes in place".to_string(), program)));
     }
     for (near, number) in plan.near.iter().zip(1..) {
         taken.extend(&near.statements);
-        let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text));
+        outputs.extend(near.outputs.iter().cloned());
+        let text = search.replaced((&taken, &outputs), &plan.inner);
+        let built = text.and_then(|text| (search.build)(&text));
         let Some(built) = built else { continue };
         let variant = search.judge.variant(built.plain);
-        let names: Vec<String> = near.statements.iter().map(|own| own.name.clone()).collect();
+        let outputs = near.outputs.iter().map(|form| form.name.clone());
+        let names: Vec<String> = near.statements.iter().map(|own| own.name.clone()).chain(outputs).collect();
         let form = if names.len() == 1 { "its mean" } else { "their means" };
         push((names, (form.to_string(), Vec::new())), [BEGIN, near.full], variant.cost);
         alone.push((format!("level {number}"), Alone::Program(Box::new(variant))));

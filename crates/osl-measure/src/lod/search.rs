@@ -8,15 +8,16 @@
 use super::Build;
 use super::frame::Frame;
 use super::inputs::Inputs;
-use super::judge::{FOOTPRINTS, Judge, Variant};
+use super::judge::{FOOTPRINTS, Judge, Truth, Variant};
 use super::known::{FootprintErrors, Known, Verdict};
-use super::means::Statement;
+use super::means::{Statement, value};
 use super::off::{Fault, Off};
 use super::place::Place;
-use super::write::{BEGIN, Far, Inner, Near, Plan, Said, soft, write};
+use super::write::{BEGIN, Far, Form, Inner, Near, Plan, Said, at_end, soft, write};
 use super::{edges, noise};
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
+use osl_ir::types::Type;
 use osl_syntax::diagnostic::Edit;
 
 /// Changes in place with their errors at the footprints at which the body runs, in both sets.
@@ -84,7 +85,7 @@ pub(super) enum Failed {
 
 /// A footprint above the first one.
 const NEXT: f64 = 1.5;
-/// How much cheaper a near level must be than the one before it.
+/// How much cheaper a near level must be than the one before it, and an output by its mean than without.
 const CHEAPER: f64 = 0.9;
 /// The footprints at which near levels may begin to be complete.
 const NEAR: [usize; 3] = [2, 4, 6];
@@ -182,19 +183,24 @@ impl Search<'_, '_> {
         Ok(is_better.then_some(TriedChanges { inner, offs }))
     }
 
-    /// The text in which these statements have their means at every footprint.
-    pub(super) fn replaced(&self, list: &[&Statement], inner: &Inner) -> Option<String> {
+    /// The text in which these statements and outputs have their means at every footprint.
+    pub(super) fn replaced(
+        &self,
+        (list, outputs): (&[&Statement], &[Form]),
+        inner: &Inner,
+    ) -> Option<String> {
         let edit = |own: &&Statement| {
             let declared = own.declares.map(|ty| format!("{ty} ")).unwrap_or_default();
             Edit { span: own.span, text: format!("{declared}{} = {};", own.name, own.mean) }
         };
-        let edits: Vec<Edit> = list.iter().map(edit).chain(inner.outside(list)).collect();
+        let mut edits: Vec<Edit> = list.iter().map(edit).chain(inner.outside(list)).collect();
+        edits.extend(at_end(self.frame, outputs));
         let plan = Plan { inner: Inner { edits, ..inner.clone() }, ..Plan::default() };
         let said = Said { errors: &[], samples: self.samples, given: false, largest: self.width };
         write(self.source, self.frame, self.inputs, &plan, (self.width, &said))
     }
 
-    /// Levels before the far one, each with more statements replaced.
+    /// Levels before the far one, each with more statements and outputs replaced.
     pub(super) fn near(
         &mut self,
         statements: &[Statement],
@@ -207,7 +213,7 @@ impl Search<'_, '_> {
         // Where noise in a value fades by itself, another fade around it gains little.
         let fades = |own: &&Statement| inner.outside(&[own]).len() == inner.edits.len();
         for own in statements.iter().filter(fades) {
-            let Some(built) = self.replaced(&[own], inner).and_then(|text| (self.build)(&text)) else {
+            let Some(built) = self.replaced((&[own], &[]), inner).and_then(|text| (self.build)(&text)) else {
                 continue;
             };
             self.tried += 1;
@@ -219,6 +225,7 @@ impl Search<'_, '_> {
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut last = None;
         let mut taken: Vec<&Statement> = Vec::new();
+        let mut taken_outputs: Vec<Form> = Vec::new();
         let mut cost = first;
         for from in NEAR {
             let Some(full) = FOOTPRINTS.get(from).copied() else { continue };
@@ -234,9 +241,8 @@ impl Search<'_, '_> {
                 }
                 let mut more = now.clone();
                 more.push(own);
-                let Some(built) = self.replaced(&more, inner).and_then(|text| (self.build)(&text)) else {
-                    continue;
-                };
+                let text = self.replaced((&more, &taken_outputs), inner);
+                let Some(built) = text.and_then(|text| (self.build)(&text)) else { continue };
                 self.tried += 1;
                 let variant = self.judge.variant(built.plain);
                 if variant.cost >= now_cost * 0.99 {
@@ -253,15 +259,20 @@ impl Search<'_, '_> {
             }
             last = first_failed.or(last);
             // Changes in place may cost more than what a level saves.
-            if now_cost < (cost * CHEAPER).min(self.original.cost) {
-                let statements: Vec<Statement> = now
-                    .iter()
-                    .filter(|own| !taken.iter().any(|other| other.span == own.span))
-                    .map(|own| (*own).clone())
-                    .collect();
-                out.push(Near { full, statements });
+            if now_cost >= (cost * CHEAPER).min(self.original.cost) {
+                now.clone_from(&taken);
+            }
+            let outputs = self.outputs((&now, &taken_outputs), (from, inner), far)?;
+            let is_new = |own: &&&Statement| !taken.iter().any(|other| other.span == own.span);
+            let statements: Vec<Statement> = now.iter().filter(is_new).map(|own| (*own).clone()).collect();
+            if !statements.is_empty() || !outputs.is_empty() {
                 taken = now;
-                cost = now_cost;
+                taken_outputs.extend(outputs.iter().cloned());
+                let text = self.replaced((&taken, &taken_outputs), inner);
+                if let Some(built) = text.and_then(|text| (self.build)(&text)) {
+                    cost = self.judge.variant(built.plain).cost;
+                }
+                out.push(Near { full, statements, outputs });
             }
         }
         if out.is_empty() {
@@ -272,6 +283,69 @@ impl Search<'_, '_> {
             });
         }
         Ok(out)
+    }
+
+    /// The means of all outputs over the footprints from one on, for each plane and as expressions. `None` if
+    /// one is not finite, or if an output is no number.
+    pub(super) fn means(&self, from: usize) -> Option<(Vec<f64>, Vec<Form>)> {
+        let over: Vec<&Truth> = self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
+        let mut planes = self.judge.means(&over);
+        let mut forms = Vec::new();
+        for output in &self.judge.outputs {
+            let own = planes.get_mut(output.planes.clone())?;
+            let is_int = output.ty == Type::INT;
+            if is_int {
+                own.iter_mut().for_each(|x| *x = x.round());
+            }
+            let text = value(output.ty, own, output.range)?;
+            forms.push(Form { name: output.name.clone(), text, is_int, along: Vec::new() });
+        }
+        Some((planes, forms))
+    }
+
+    /// The outputs whose means are closer than the original from a footprint on, although other outputs keep
+    /// the body from being skipped.
+    fn outputs(
+        &mut self,
+        (statements, taken): (&[&Statement], &[Form]),
+        (from, inner): (usize, &Inner),
+        far: Option<&Far>,
+    ) -> Result<Vec<Form>, RunError> {
+        let Some(full) = FOOTPRINTS.get(from).copied().filter(|_| !self.inputs.leaves) else {
+            return Ok(Vec::new());
+        };
+        let mut all = taken.to_vec();
+        let text = self.replaced((statements, &all), inner);
+        let Some(built) = text.and_then(|text| (self.build)(&text)) else { return Ok(Vec::new()) };
+        let now = self.judge.variant(built.plain);
+        let mut cost = now.cost;
+        let Ok(mut offs) = self.holds(&now, (full, end(far)), true)? else { return Ok(Vec::new()) };
+        for form in self.means(from).unwrap_or_default().1 {
+            if taken.iter().any(|other| other.name == form.name) {
+                continue;
+            }
+            all.push(form);
+            let text = self.replaced((statements, &all), inner);
+            let found = match text.and_then(|text| (self.build)(&text)) {
+                Some(built) => {
+                    self.tried += 1;
+                    let variant = self.judge.variant(built.plain);
+                    let is_cheaper = variant.cost < CHEAPER * cost;
+                    let errors = self.holds(&variant, (full, end(far)), true)?;
+                    errors.ok().filter(|_| is_cheaper).map(|errors| (variant.cost, errors))
+                }
+                None => None,
+            };
+            match found {
+                Some((less, errors)) if errors.iter().zip(&offs).any(|(new, old)| new.is_better(old)) => {
+                    (cost, offs) = (less, errors);
+                }
+                _ => {
+                    all.pop();
+                }
+            }
+        }
+        Ok(all.split_off(taken.len()))
     }
 
     /// Whether a program is good at the footprints from one on and below another.

@@ -39,7 +39,7 @@ pub(super) struct Far {
 }
 
 impl Far {
-    /// What the outputs are, after the word "are" or "by".
+    /// What replaces the outputs.
     pub(super) fn described(&self, inputs: &Inputs) -> String {
         let components = inputs.coordinate.components();
         let mut along: Vec<String> = Vec::new();
@@ -55,23 +55,22 @@ impl Far {
         along.dedup();
         let linear = match along.split_last() {
             None => return "their means".to_string(),
-            Some((last, [])) => format!("linear in {last}"),
-            Some((last, rest)) => format!("linear in {} and {last}", rest.join(", ")),
+            Some((last, [])) => format!("linear forms in {last}"),
+            Some((last, rest)) => format!("linear forms in {} and {last}", rest.join(", ")),
         };
-        if self.forms.iter().all(|form| !form.along.is_empty()) {
-            linear
-        } else {
-            format!("their means, or {linear}")
-        }
+        let has_means = self.forms.iter().any(|form| form.along.is_empty());
+        if has_means { format!("their means or {linear}") } else { linear }
     }
 }
 
-/// Statements that are replaced by their means.
+/// Statements and outputs that are replaced by their means.
 #[derive(Clone, Debug)]
 pub(super) struct Near {
     /// The footprint from which on they do not run.
     pub(super) full: f64,
     pub(super) statements: Vec<Statement>,
+    /// Outputs that are replaced after the body.
+    pub(super) outputs: Vec<Form>,
 }
 
 /// Changes that depend on the width of a pixel and stay in place at every footprint.
@@ -170,9 +169,13 @@ fn with_levels(
             edits.push(writer.faded(source, own, (&value, fade)));
         }
     }
-    let body = applied(text, (frame.open, frame.close), &edits)?;
+    let mut body = applied(text, (frame.open, frame.close), &edits)?;
+    for (near, fade) in plan.near.iter().zip(&writer.fades).filter(|(near, _)| !near.outputs.is_empty()) {
+        body = format!("{}\n{}", body.trim_end(), tail(fade, &near.outputs));
+    }
     let before = applied(text, (0, frame.open), &edits)?;
-    let after = applied(text, (frame.close, text.len()), &edits)?;
+    // What stands just before the closing brace belongs to the body.
+    let after = format!("}}{}", applied(text, (frame.close + 1, text.len()), &edits)?);
     let head = writer.head(inputs, plan, said);
     let Some(far) = &plan.far else {
         return Some(format!("{before}\n{head}\n{}{after}", opened(&body)));
@@ -182,10 +185,17 @@ fn with_levels(
         return Some(format!("{before}\n{left}\n{}{after}", opened(&body)));
     }
     let indent = INDENT;
-    let tail = writer.tail(far);
     let name = &writer.far;
+    let tail = tail(name, &far.forms);
     let inner = indented(&body);
     Some(format!("{before}\n{head}\n{indent}if ({name} < 1) {{\n{inner}{indent}}}\n{tail}{after}"))
+}
+
+/// The edit that replaces outputs at the end of the body.
+pub(super) fn at_end(frame: &Frame, outputs: &[Form]) -> Option<Edit> {
+    let at = osl_syntax::span::Span::new(frame.close as u32, frame.close as u32);
+    let lines: String = outputs.iter().map(|form| format!("{INDENT}{};\n", form.assigned())).collect();
+    (!outputs.is_empty()).then(|| Edit { span: at, text: format!("\n{lines}") })
 }
 
 /// What an output may be linear in, as expressions: the components of the coordinate and the width of a pixel.
@@ -286,12 +296,8 @@ impl Writer {
         let names = self.fades.iter().chain(plan.far.iter().map(|_| &self.far));
         for ((((full, begin), name), error), index) in fulls.zip(names).zip(said.errors).zip(0..) {
             let far = plan.far.as_ref().filter(|_| index == plan.near.len());
-            let form = far.map(|far| far.described(inputs)).unwrap_or_default();
-            let replaces = match far {
-                None => "replaces some values by their means".to_string(),
-                Some(far) if far.planes.is_some() => format!("replaces all outputs by {form}"),
-                Some(_) => format!("blends all outputs with what they are from there on, {form}"),
-            };
+            let form = far.map_or("their means".to_string(), |far| far.described(inputs));
+            let what = if far.is_some() { "all outputs" } else { "some values" };
             let [percent, other] = error.map(percent);
             let samples = samples(said.samples);
             let has = if said.samples == 1 { "has" } else { "have" };
@@ -303,7 +309,7 @@ impl Writer {
                 )
             } else {
                 format!(
-                    " Between {begin} and {end}, {name} {replaces}: from there on the \
+                    " Between {begin} and {end}, {name} replaces {what} by {form}: from there on the \
                      root mean square error is at most {percent} of an output's range; {samples} of the \
                      original {has} up to {other}."
                 )
@@ -351,28 +357,6 @@ impl Writer {
             out += &format!("{INDENT}}}\n");
         }
         out
-    }
-
-    /// The statements after the body: the means alone where nothing of the body runs, since a blend takes
-    /// longer.
-    fn tail(&self, far: &Far) -> String {
-        let name = &self.far;
-        let block = |line: &dyn Fn(&Form) -> String| match &far.forms[..] {
-            [form] => (format!("\n{INDENT}{INDENT}{}\n", line(form)), String::new()),
-            forms => {
-                let lines: String =
-                    forms.iter().map(|form| format!("{INDENT}{INDENT}{}\n", line(form))).collect();
-                (format!(" {{\n{lines}"), format!("{INDENT}}}"))
-            }
-        };
-        let (all, end) = block(&|form| format!("{};", form.assigned()));
-        let (blend, last) = block(&|Form { name: output, text, is_int, .. }| match is_int {
-            true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
-            false => format!("{output} = mix({output}, {text}, {name});"),
-        });
-        let between = if end.is_empty() { INDENT.to_string() } else { format!("{end} ") };
-        let last = if last.is_empty() { last } else { format!("{last}\n") };
-        format!("{INDENT}if ({name} >= 1){all}{between}else if ({name} > 0){blend}{last}")
     }
 
     /// The switch of a shader that can end before its last statement, so that nothing can follow its body.
@@ -423,6 +407,27 @@ fn condition(tests: &[String], before: &str) -> String {
         }
     }
     out
+}
+
+/// The statements after the body: the means alone where nothing of the body runs, since a blend takes
+/// longer.
+fn tail(name: &str, forms: &[Form]) -> String {
+    let block = |line: &dyn Fn(&Form) -> String| match forms {
+        [form] => (format!("\n{INDENT}{INDENT}{}\n", line(form)), String::new()),
+        forms => {
+            let lines: String =
+                forms.iter().map(|form| format!("{INDENT}{INDENT}{}\n", line(form))).collect();
+            (format!(" {{\n{lines}"), format!("{INDENT}}}"))
+        }
+    };
+    let (all, end) = block(&|form| format!("{};", form.assigned()));
+    let (blend, last) = block(&|Form { name: output, text, is_int, .. }| match is_int {
+        true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
+        false => format!("{output} = mix({output}, {text}, {name});"),
+    });
+    let between = if end.is_empty() { INDENT.to_string() } else { format!("{end} ") };
+    let last = if last.is_empty() { last } else { format!("{last}\n") };
+    format!("{INDENT}if ({name} >= 1){all}{between}else if ({name} > 0){blend}{last}")
 }
 
 /// A text as a comment of several lines.
