@@ -432,6 +432,30 @@ fn an_output_that_grows_is_linear() {
 }
 
 #[test]
+fn an_output_has_its_mean_although_another_keeps_the_body() {
+    // The hill is 200 units wide, so that no mean and no line stands for it up to the largest footprint.
+    let text = "\
+shader s(output float hill = 0, output float mask = 0)
+{
+    hill = sin(u / 30) * cos(v / 30);
+    if (noise(P * 90) > 0.5 && noise(P * 70) > 0.5) mask = 1; else mask = 0;
+}
+";
+    let report = find(text);
+    let level = report.levels.last().unwrap_or_else(|| panic!("{:?}", report.why));
+    assert_eq!((&level.replaces[..], &*level.form), (&["mask".to_string()][..], "its mean"));
+    let written = report.text.unwrap();
+    assert!(written.contains("        mask = mix(mask, 0.2"), "{written}");
+    let (original, written) = (compiled(text, &[]), compiled(&written, &[]));
+    assert_eq!(planes(&original, &at(1.0, 0.3)), planes(&written, &at(1.0, 0.3)));
+    let grid = at(64.0, -900.0);
+    let (plain, own) = (planes(&original, &grid), planes(&written, &grid));
+    assert_eq!(plain[0], own[0], "the hill stays");
+    let (plain, own) = (errors(&original, &original, &grid), errors(&original, &written, &grid));
+    assert!(own[1] < 0.5 * plain[1], "{own:?} {plain:?}");
+}
+
+#[test]
 fn linear_forms_follow_the_switch_of_a_shader_that_returns() {
     let text = "\
 shader rows(output float mask = 0, output float row = 0, output vector place = 0)

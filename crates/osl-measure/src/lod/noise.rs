@@ -36,7 +36,7 @@ const FUNCTIONS: [(&str, &str); 4] =
     [("noise", "uperlin"), ("snoise", "perlin"), ("cellnoise", "cell"), ("hashnoise", "hash")];
 /// The widths of a pixel in cells of the noise between which it may fade.
 pub(super) const FADES: [[&str; 2]; 5] =
-    [["0.25", "0.75"], ["0.25", "1"], ["0.5", "1.5"], ["1", "2"], ["2", "4"]];
+    [["0.125", "1"], ["0.25", "1"], ["0.5", "1.5"], ["1", "2"], ["2", "4"]];
 /// Maximum number of calls.
 const MOST: usize = 24;
 
