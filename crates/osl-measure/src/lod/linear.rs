@@ -209,7 +209,7 @@ mod tests {
             let (x, y) = (100.0 * random(), 100.0 * random());
             let wanted = of(x, y) + noise * (random() - 0.5);
             // Half of the points count little.
-            let weight = if at % 2 == 0 { 1.0 } else { 0.1 };
+            let weight = if at.is_multiple_of(2) { 1.0 } else { 0.1 };
             Point { columns: vec![x, y, 0.7, x + y], wanted, weight, group: at % 16 }
         };
         (0..2000).map(one).collect()

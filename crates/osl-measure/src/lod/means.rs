@@ -319,7 +319,7 @@ mod tests {
         let row = (-0.5, vec![(10.0, "u", 1024.0), (0.0, "v", 1024.0)]);
         assert_eq!(text(Type::INT, &[row], 160.0), "(int)floor(10 * u)");
         let tilted = (0.25, vec![(-0.333_333, "P[0]", 1000.0), (1.0, "pixel", 2.0)]);
-        assert_eq!(text(Type::FLOAT, &[tilted.clone()], 10.0), "0.25 - 0.33333 * P[0] + pixel");
+        assert_eq!(text(Type::FLOAT, std::slice::from_ref(&tilted), 10.0), "0.25 - 0.33333 * P[0] + pixel");
         let flat = (0.0, vec![(0.0, "P[0]", 1.0)]);
         let turned = (0.0, vec![(-2.0, "P[0]", 1.0)]);
         assert_eq!(
