@@ -420,8 +420,13 @@ fn an_output_that_grows_is_linear() {
         let grid = at(footprint, offset);
         let own = errors(&original, &written, &grid);
         let plain = errors(&original, &original, &grid);
-        assert!(own[0] < 0.5 * plain[0] && own[1] < 0.01 && own[2] < 0.5 * plain[2], "{own:?} {plain:?}");
-        assert!(own.iter().all(|own| *own <= far.error), "{footprint}: {own:?} above {}", far.error);
+        assert!(own[0] < 0.5 * plain[0] && own[2] < 0.5 * plain[2], "{own:?} {plain:?}");
+        // At the centre of a pixel, the row is the one that is there.
+        let rows = |program: &Compiled| planes(program, &grid).swap_remove(1).1;
+        for (row, wanted) in rows(&written).into_iter().zip(rows(&original)) {
+            let off = row.cast_signed().abs_diff(wanted.cast_signed());
+            assert!(off <= 1, "{footprint}: row {} instead of {}", row.cast_signed(), wanted.cast_signed());
+        }
     }
     // In the middle of the fade as well.
     let grid = at(0.8 * far.footprint as f32, 55.0);
