@@ -458,6 +458,9 @@ shader s(output float hill = 0, output float mask = 0)
     assert_eq!(plain[0], own[0], "the hill stays");
     let (plain, own) = (errors(&original, &original, &grid), errors(&original, &written, &grid));
     assert!(own[1] < 0.5 * plain[1], "{own:?} {plain:?}");
+    // A matrix has no blend.
+    let text = text.replace("float hill", "matrix hill").replace("hill = sin", "hill = noise(P * 99) + sin");
+    assert!(find(&text).text.is_none_or(|text| !text.contains("mix(hill")));
 }
 
 #[test]

@@ -8,10 +8,10 @@ use super::known::{FootprintErrors, Sets};
 use super::linear::{self, Point};
 use super::means::linear as sum;
 use super::off::{BLOCKS, Fault, Off};
-use super::search::{Failed, Search};
+use super::search::{Failed, Search, is_number};
 use super::write::{BEGIN, Far, Form, alone};
 use osl_exec::RunError;
-use osl_ir::types::{Base, Type};
+use osl_ir::types::Type;
 
 /// What the switch to a level costs without comparisons of parameters, in additions.
 const SWITCH: f64 = 6.0;
@@ -23,12 +23,11 @@ impl Search<'_, '_> {
     /// The level at which nothing of the body runs. A shader that filters by itself may have other means at
     /// larger footprints, so the means are those of the footprints at which they are used.
     pub(super) fn far(&mut self) -> Result<Option<Far>, RunError> {
-        let is_number = |base: Base| matches!(base, Base::Int | Base::Float) || base.is_triple();
         let program = self.source.program;
         let mut outputs = program.shader.params.iter().filter(|param| param.output);
         let other = outputs.find_map(|param| {
             let var = program.vars.get(param.var.0 as usize)?;
-            (!is_number(var.ty.base)).then(|| var.name.to_string())
+            (!is_number(var.ty)).then(|| var.name.to_string())
         });
         if let Some(name) = other {
             self.failed.push(Failed::NoMean(name));

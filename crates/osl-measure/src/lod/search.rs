@@ -8,7 +8,7 @@
 use super::Build;
 use super::frame::Frame;
 use super::inputs::Inputs;
-use super::judge::{FOOTPRINTS, Judge, Truth, Variant};
+use super::judge::{FOOTPRINTS, Judge, Output, Truth, Variant};
 use super::known::{FootprintErrors, Known, Verdict};
 use super::means::{Statement, value};
 use super::off::{Fault, Off};
@@ -17,7 +17,7 @@ use super::write::{BEGIN, Far, Form, Inner, Near, Plan, Said, at_end, soft, writ
 use super::{edges, noise};
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
-use osl_ir::types::Type;
+use osl_ir::types::{Base, Type};
 use osl_syntax::diagnostic::Edit;
 
 /// Changes in place with their errors at the footprints at which the body runs, in both sets.
@@ -286,7 +286,7 @@ impl Search<'_, '_> {
     }
 
     /// The means of all outputs over the footprints from one on, for each plane and as expressions. `None` if
-    /// one is not finite, or if an output is no number.
+    /// one is not finite.
     pub(super) fn means(&self, from: usize) -> Option<(Vec<f64>, Vec<Form>)> {
         let over: Vec<&Truth> = self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
         let mut planes = self.judge.means(&over);
@@ -321,7 +321,8 @@ impl Search<'_, '_> {
         let mut cost = now.cost;
         let Ok(mut offs) = self.holds(&now, (full, end(far)), true)? else { return Ok(Vec::new()) };
         for form in self.means(from).unwrap_or_default().1 {
-            if taken.iter().any(|other| other.name == form.name) {
+            let is_other = |output: &Output| output.name == form.name && !is_number(output.ty);
+            if taken.iter().any(|other| other.name == form.name) || self.judge.outputs.iter().any(is_other) {
                 continue;
             }
             all.push(form);
@@ -386,6 +387,11 @@ impl Search<'_, '_> {
         }
         Ok(Ok(()))
     }
+}
+
+/// Whether a value of this type has a mean that can be blended, or rounded.
+pub(super) fn is_number(ty: Type) -> bool {
+    matches!(ty.base, Base::Int | Base::Float) || ty.base.is_triple()
 }
 
 /// The footprint from which on the body does not run.
