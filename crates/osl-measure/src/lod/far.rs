@@ -1,5 +1,5 @@
-//! Finds the level at which nothing of the body runs: all outputs are their means, or linear in the coordinate
-//! and in the width of a pixel if they have no mean.
+//! Finds the level at which nothing of the body runs: all outputs are their means, or linear in the
+//! coordinate and in the width of a pixel if they have no mean.
 //!
 //! This module must not know how the text is written.
 
@@ -44,12 +44,10 @@ impl Search<'_, '_> {
         // At footprint 1 the original always runs.
         for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
             let Some((planes, forms)) = self.means(from) else { continue };
+            let mut errors = |known: &FootprintErrors| Ok(self.constant(&planes, known));
+            let verdict = self.known.verdict(&mut errors, ((full, f64::INFINITY), true))?;
             let constant = Far { full, begin: BEGIN, forms, planes: Some(planes) };
-            let mut errors = |known: &FootprintErrors| match &constant.planes {
-                Some(planes) => Ok(self.constant(planes, known)),
-                None => Ok(Off::default()),
-            };
-            let fault = match self.known.verdict(&mut errors, ((full, f64::INFINITY), true))? {
+            let fault = match verdict {
                 Ok(_) => return Ok(Some(constant)),
                 Err(fault) => fault,
             };
@@ -142,8 +140,8 @@ impl Search<'_, '_> {
     }
 }
 
-/// The points of a plane. The squared errors of a footprint count as shares of what the original errs there, so
-/// that none dominates because its values are larger.
+/// The points of a plane. The squared errors of a footprint count as shares of what the original errs there,
+/// so that none dominates because its values are larger.
 fn points(
     (output, plane): (usize, usize),
     (over, columns): (&[Sets], &[Vec<Vec<f32>>]),

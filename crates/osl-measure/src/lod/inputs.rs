@@ -107,8 +107,8 @@ impl Inputs {
         let is_given = |name: &str| given.iter().find(|(given, _)| given == name);
         let (mut guards, mut points) = (Vec::new(), Vec::new());
         let reads = |global: Global| {
-            let is = |var: &VarId| matches!(program.vars.get(var.0 as usize).map(|v| v.kind), Some(VarKind::Global(g)) if g == global);
-            found.direct.iter().any(is)
+            let kind = |var: &VarId| program.vars.get(var.0 as usize).map(|v| v.kind);
+            found.direct.iter().any(|var| matches!(kind(var), Some(VarKind::Global(g)) if g == global))
         };
         let mut places = usize::from(reads(Global::P)) + usize::from(reads(Global::U) || reads(Global::V));
         for index in params {

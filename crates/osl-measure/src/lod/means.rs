@@ -243,8 +243,8 @@ pub(super) fn value(ty: Type, means: &[f64], range: f64) -> Option<String> {
 /// A constant, and for each slope the number, what it is multiplied with, and how large that may be.
 type Sum<'a> = (f64, Vec<(f64, &'a str, f64)>);
 
-/// A sum for each component, as an expression of this type. Ints are rounded to the nearest. `None` if a number
-/// is not finite.
+/// A sum for each component, as an expression of this type. Ints are rounded to the nearest. `None` if a
+/// number is not finite.
 pub(super) fn linear(ty: Type, components: &[Sum<'_>], range: f64) -> Option<String> {
     let is_int = ty == Type::INT;
     let one = |(constant, slopes): &Sum<'_>| {

@@ -2,9 +2,10 @@
 //! where a pixel covers so much of the pattern that a sample of the original is a worse answer.
 //!
 //! `inputs` finds what the outputs depend on, `ground` makes points at larger footprints, `judge` measures
-//! errors there, `off` and `known` test them, `place` measures the coordinate, `linear` fits, `means`, `noise`,
-//! `edges`, `far` and `search` find the levels, and `write` writes the source. The levels are chosen on some points and judged on others. This module must not
-//! write files; [`text`] and [`html`] format a [`Report`].
+//! errors there, `off` and `known` test them, `place` measures the coordinate, `linear` fits slopes, `means`,
+//! `noise`, `edges`, `far` and `search` find the levels, and `write` writes the source. The levels are chosen on
+//! some points and judged on others. This module must not write files; [`text`] and [`html`] format a
+//! [`Report`].
 
 mod edges;
 mod far;

@@ -3,11 +3,10 @@
 //!
 //! This module must not know levels.
 
-use super::Build;
 use super::frame::Frame;
 use super::inputs::Inputs;
 use super::judge::{Judge, Set, Truth, Variant};
-use super::{Stop, write};
+use super::{Build, Stop, write};
 use crate::sample::{Pattern, some_pixels};
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
