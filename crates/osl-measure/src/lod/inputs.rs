@@ -31,12 +31,23 @@ impl Coordinate {
             Coordinate::Uv => "u and v",
         }
     }
+
+    /// Its components as expressions.
+    pub(super) fn components(&self) -> Vec<String> {
+        match self {
+            Coordinate::Point(name) => (0..3).map(|at| format!("{name}[{at}]")).collect(),
+            Coordinate::Uv => vec!["u".to_string(), "v".to_string()],
+        }
+    }
 }
 
 /// The inputs of a shader.
 #[derive(Clone, Debug)]
 pub(super) struct Inputs {
     pub(super) coordinate: Coordinate,
+    /// Whether nothing else says where a point is. If a shader reads both P and u, they go together at the
+    /// measured points only.
+    pub(super) is_only_place: bool,
     /// Conditions that hold if the parameters have the values of this run.
     pub(super) guards: Vec<String>,
     /// The globals that depend on the surface and the view instead of the coordinate.
@@ -95,6 +106,11 @@ impl Inputs {
         }
         let is_given = |name: &str| given.iter().find(|(given, _)| given == name);
         let (mut guards, mut points) = (Vec::new(), Vec::new());
+        let reads = |global: Global| {
+            let kind = |var: &VarId| program.vars.get(var.0 as usize).map(|v| v.kind);
+            found.direct.iter().any(|var| matches!(kind(var), Some(VarKind::Global(g)) if g == global))
+        };
+        let mut places = usize::from(reads(Global::P)) + usize::from(reads(Global::U) || reads(Global::V));
         for index in params {
             let Some(param) = program.shader.params.get(index as usize) else { continue };
             let Some(var) = program.vars.get(param.var.0 as usize) else { continue };
@@ -103,6 +119,7 @@ impl Inputs {
             } else if let Some(globals) = globals_of(program, &param.init) {
                 // A point that is made of u alone has no size along the other axis.
                 let has = |global: Global| globals.contains(&global);
+                places += usize::from(known.into_iter().any(has));
                 if var.ty.is_triple() && (has(Global::P) || has(Global::U) && has(Global::V)) {
                     points.push(var.name.to_string());
                 }
@@ -121,7 +138,7 @@ impl Inputs {
             }
         };
         let turned = TURNED.into_iter().filter(|global| globals.contains(global)).collect();
-        Ok(Inputs { coordinate, guards, turned, leaves: found.leaves })
+        Ok(Inputs { coordinate, is_only_place: places == 1, guards, turned, leaves: found.leaves })
     }
 }
 
@@ -129,6 +146,8 @@ impl Inputs {
 #[derive(Default)]
 struct Reads {
     vars: BTreeSet<VarId>,
+    /// Those of them that the statements themselves read, not a default.
+    direct: BTreeSet<VarId>,
     outside: Option<&'static str>,
     leaves: bool,
 }
@@ -175,12 +194,14 @@ impl Reads {
         each(e, &mut |e| match &e.kind {
             ExprKind::Read(place) => {
                 self.vars.insert(place.var);
+                self.direct.insert(place.var);
             }
             ExprKind::Call(id, args) => {
                 calls.push(*id);
                 for arg in args {
                     if let osl_hir::hir::Arg::Alias(place) = arg {
                         self.vars.insert(place.var);
+                        self.direct.insert(place.var);
                     }
                 }
             }

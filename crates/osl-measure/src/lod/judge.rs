@@ -102,6 +102,18 @@ pub(super) struct Truth {
     blocks: Vec<usize>,
 }
 
+impl Truth {
+    /// The reference values of a plane: the mean over each pixel.
+    pub(super) fn wanted(&self, plane: usize) -> &[f32] {
+        self.oracle.values.get(plane).map_or(&[], Vec::as_slice)
+    }
+
+    /// The block of the picture in which each pixel lies.
+    pub(super) fn blocks(&self) -> &[usize] {
+        &self.blocks
+    }
+}
+
 impl<'a> Judge<'a> {
     /// Measures the ranges of the outputs and decides on the number of samples.
     pub(super) fn new(
@@ -231,7 +243,12 @@ impl<'a> Judge<'a> {
 
     /// The values of a program at the pixels of the reference, as a run computes them: one sample lies at the
     /// centre of its pixel.
-    fn values(&self, variant: &Variant, truth: &Truth, samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
+    pub(super) fn values(
+        &self,
+        variant: &Variant,
+        truth: &Truth,
+        samples: u32,
+    ) -> Result<Vec<Vec<f32>>, RunError> {
         if samples <= 1 {
             let pattern = Pattern::new(1, self.seed);
             return self.shading(variant, &truth.ground, &pattern).at_centres(&truth.oracle.pixels);

@@ -240,6 +240,44 @@ pub(super) fn value(ty: Type, means: &[f64], range: f64) -> Option<String> {
     })
 }
 
+/// A constant, and for each slope the number, what it is multiplied with, and how large that may be.
+type Sum<'a> = (f64, Vec<(f64, &'a str, f64)>);
+
+/// A sum for each component, as an expression of this type. Ints are rounded to the nearest. `None` if a
+/// number is not finite.
+pub(super) fn linear(ty: Type, components: &[Sum<'_>], range: f64) -> Option<String> {
+    let is_int = ty == Type::INT;
+    let one = |(constant, slopes): &Sum<'_>| {
+        let mut text = match number(constant + if is_int { 0.5 } else { 0.0 }, range) {
+            zero if zero == "0" => String::new(),
+            other => other,
+        };
+        for (slope, name, reach) in slopes.iter().filter(|(slope, ..)| *slope != 0.0) {
+            if !(constant.is_finite() && slope.is_finite() && *reach > 0.0) {
+                return None;
+            }
+            let size = number(slope.abs(), range / reach);
+            let term = if size == "1" { (*name).to_string() } else { format!("{size} * {name}") };
+            text += match (text.is_empty(), *slope < 0.0) {
+                (true, true) => "-",
+                (true, false) => "",
+                (false, true) => " - ",
+                (false, false) => " + ",
+            };
+            text += &term;
+        }
+        Some(if text.is_empty() { "0".to_string() } else { text })
+    };
+    let texts: Option<Vec<String>> = components.iter().map(one).collect();
+    let texts = texts?;
+    Some(match (word(ty), &texts[..]) {
+        (Some(word), [_, _, _]) => format!("{word}({})", texts.join(", ")),
+        (_, [text, ..]) if is_int => format!("(int)floor({text})"),
+        (_, [text, ..]) => text.clone(),
+        (_, []) => "0".to_string(),
+    })
+}
+
 /// A number with about four digits of a range, and with at most the digits of a float.
 fn number(x: f64, range: f64) -> String {
     let mut text = trimmed(format!("{:?}", x as f32));
@@ -274,6 +312,22 @@ fn trimmed(mut text: String) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sums_have_enough_digits_for_large_coordinates() {
+        let text = |ty: Type, list: &[Sum<'_>], range: f64| linear(ty, list, range).unwrap();
+        let row = (-0.5, vec![(10.0, "u", 1024.0), (0.0, "v", 1024.0)]);
+        assert_eq!(text(Type::INT, &[row], 160.0), "(int)floor(10 * u)");
+        let tilted = (0.25, vec![(-0.333_333, "P[0]", 1000.0), (1.0, "pixel", 2.0)]);
+        assert_eq!(text(Type::FLOAT, std::slice::from_ref(&tilted), 10.0), "0.25 - 0.33333 * P[0] + pixel");
+        let flat = (0.0, vec![(0.0, "P[0]", 1.0)]);
+        let turned = (0.0, vec![(-2.0, "P[0]", 1.0)]);
+        assert_eq!(
+            text(Type::COLOR, &[tilted, flat, turned], 10.0),
+            "color(0.25 - 0.33333 * P[0] + pixel, 0, -2 * P[0])"
+        );
+        assert_eq!(linear(Type::FLOAT, &[(0.0, vec![(f64::NAN, "u", 1.0)])], 1.0), None);
+    }
 
     #[test]
     fn values_are_short_and_lose_nothing_of_the_range() {

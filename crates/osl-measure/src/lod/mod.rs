@@ -1,21 +1,25 @@
-//! Levels of detail of a shader: one source in which parts are replaced by their means where a pixel covers
-//! so much of the pattern that a sample of the original is a worse answer.
+//! Levels of detail of a shader: one source in which parts are replaced by their means, or by linear forms,
+//! where a pixel covers so much of the pattern that a sample of the original is a worse answer.
 //!
 //! `inputs` finds what the outputs depend on, `ground` makes points at larger footprints, `judge` measures
-//! errors there, `off` and `known` test them, `means`, `noise`, `edges` and `search` find the levels, and
-//! `write` writes the source. The levels are chosen on some points and judged on others. This module must not
-//! write files; [`text`] and [`html`] format a [`Report`].
+//! errors there, `off` and `known` test them, `place` measures the coordinate, `linear` fits slopes, `means`,
+//! `noise`, `edges`, `far` and `search` find the levels, and `write` writes the source. The levels are chosen on
+//! some points and judged on others. This module must not write files; [`text`] and [`html`] format a
+//! [`Report`].
 
 mod edges;
+mod far;
 mod frame;
 mod ground;
 mod html;
 mod inputs;
 mod judge;
 mod known;
+mod linear;
 mod means;
 mod noise;
 mod off;
+mod place;
 mod report;
 mod search;
 mod text;
@@ -33,12 +37,13 @@ use crate::stability::fix::Built;
 use crate::stability::fix::source::Source;
 use frame::Frame;
 use inputs::Inputs;
-use judge::{FOOTPRINTS, Judge, Set, Variant};
+use judge::{FOOTPRINTS, Judge, Variant};
 use known::Known;
 use osl_exec::{RunError, RunOptions, Services};
 use osl_hir::hir::Program;
 use osl_ir::ir::Body;
 use osl_scene::Grid;
+use place::Place;
 use search::{Failed, Search};
 use write::{Plan, Said};
 
@@ -103,7 +108,8 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
     if judge.outputs.is_empty() {
         return Err(Stop::Refused("the shader has no outputs of numbers".to_string()));
     }
-    let width = pixel_width(request, &source, &frame, &inputs, &judge)?;
+    let place = Place::of((&source, &frame, &inputs), &judge, request.build)?;
+    let width = place.width(&judge)?;
     let known = Known::of((&judge, &original), &FOOTPRINTS, (request.samples, request.tolerance))?;
     let mut search = Search {
         judge: &judge,
@@ -114,6 +120,7 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
         build: request.build,
         samples: request.samples,
         known: &known,
+        place: &place,
         width,
         tried: 0,
         failed: Vec::new(),
@@ -207,31 +214,6 @@ fn written(
     let said = Said { errors, samples: request.samples, given, largest };
     write::write(search.source, search.frame, search.inputs, plan, (width, &said))
         .ok_or_else(|| Stop::Refused("the source cannot be changed at these places".to_string()))
-}
-
-/// The width of a pixel in the shader's coordinate at footprint 1.
-fn pixel_width(
-    request: &Request<'_>,
-    source: &Source<'_>,
-    frame: &Frame,
-    inputs: &Inputs,
-    judge: &Judge<'_>,
-) -> Result<f64, Stop> {
-    let refused =
-        || Stop::Refused("the width of a pixel in the shader's coordinate is not known".to_string());
-    let (text, output) = write::probe(source, frame, inputs).ok_or_else(refused)?;
-    let built = (request.build)(&text).ok_or_else(refused)?;
-    let variant = judge.variant(built.plain);
-    let ground = judge.ground(1.0, Set::Fitted);
-    let pattern = crate::sample::Pattern::new(1, request.seed);
-    let shading = judge.shading(&variant, &ground, &pattern);
-    let plane = shading.planes().iter().position(|plane| *plane.output == *output).ok_or_else(refused)?;
-    let pixels = crate::sample::some_pixels(request.grid.width * request.grid.height, 256, request.seed);
-    let values = shading.chosen(&pixels, 1)?;
-    let mut widths = values.get(plane).cloned().unwrap_or_default();
-    widths.sort_by(f32::total_cmp);
-    let middle = widths.get(widths.len() / 2).copied().map_or(0.0, f64::from);
-    (middle > 0.0 && middle.is_finite()).then_some(middle).ok_or_else(refused)
 }
 
 /// The measured footprints that a report shows.

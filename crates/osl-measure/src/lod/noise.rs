@@ -34,9 +34,9 @@ const MEAN: &str = "    // Noise between -1 and 1 has the mean 0, noise between 
 /// The functions of one kind.
 const FUNCTIONS: [(&str, &str); 4] =
     [("noise", "uperlin"), ("snoise", "perlin"), ("cellnoise", "cell"), ("hashnoise", "hash")];
-/// The widths of a pixel in cells of the noise between which it may fade, in the order in which they are
-/// tried.
-pub(super) const FADES: [[&str; 2]; 3] = [["0.5", "1.5"], ["1", "2"], ["2", "4"]];
+/// The widths of a pixel in cells of the noise between which it may fade.
+pub(super) const FADES: [[&str; 2]; 5] =
+    [["0.125", "1"], ["0.25", "1"], ["0.5", "1.5"], ["1", "2"], ["2", "4"]];
 /// Maximum number of calls.
 const MOST: usize = 24;
 

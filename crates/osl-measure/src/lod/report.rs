@@ -10,7 +10,7 @@ use super::known::FootprintErrors;
 use super::off::Errors;
 use super::search::Search;
 use super::write::BEGIN;
-use super::{Request, SHOWN, WrittenLevels, why};
+use super::{Request, SHOWN, WrittenLevels, why, write};
 use crate::sample::Pattern;
 use osl_exec::{PointSource, RunError};
 use osl_scene::Grid;
@@ -67,6 +67,10 @@ pub struct Report {
 pub struct Level {
     /// What it replaces.
     pub replaces: Vec<String>,
+    /// By what: means, or linear forms and in what.
+    pub form: String,
+    /// The outputs that are linear instead of constant.
+    pub linear: Vec<String>,
     /// The width of a pixel at which it begins to fade in, and at which it is complete.
     pub widths: [f64; 2],
     /// The footprint at which it is complete.
@@ -218,34 +222,52 @@ enum Alone {
 
 fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -> Vec<(String, Alone)> {
     let mut alone = Vec::new();
-    let mut taken = Vec::new();
+    let (mut taken, mut outputs) = (Vec::new(), Vec::new());
     let plan = &found.plan;
-    let mut push = |replaces: Vec<String>, [begin, full]: [f64; 2], cost: f64| {
+    let mut push = |(replaces, form): (Vec<String>, (String, Vec<String>)), [begin, full]: [f64; 2], cost| {
         let [error, original_error] = found.errors.get(report.levels.len()).copied().unwrap_or_default();
         let widths = [report.width * full * begin, report.width * full];
-        report.levels.push(Level { replaces, widths, footprint: full, cost, error, original_error });
+        let (form, linear) = form;
+        let level = Level { replaces, form, linear, widths, footprint: full, cost, error, original_error };
+        report.levels.push(level);
     };
     if !plan.inner.is_empty() {
-        let built = search.replaced(&[], &plan.inner).and_then(|text| (search.build)(&text));
+        let built = search.replaced((&[], &[]), &plan.inner).and_then(|text| (search.build)(&text));
         let program = built.map(|built| Alone::Program(Box::new(search.judge.variant(built.plain))));
         alone.extend(program.map(|program| ("changes in place".to_string(), program)));
     }
     for (near, number) in plan.near.iter().zip(1..) {
         taken.extend(&near.statements);
-        let built = search.replaced(&taken, &plan.inner).and_then(|text| (search.build)(&text));
+        outputs.extend(near.outputs.iter().cloned());
+        let text = search.replaced((&taken, &outputs), &plan.inner);
+        let built = text.and_then(|text| (search.build)(&text));
         let Some(built) = built else { continue };
         let variant = search.judge.variant(built.plain);
-        push(near.statements.iter().map(|own| own.name.clone()).collect(), [BEGIN, near.full], variant.cost);
+        let outputs = near.outputs.iter().map(|form| form.name.clone());
+        let names: Vec<String> = near.statements.iter().map(|own| own.name.clone()).chain(outputs).collect();
+        let form = if names.len() == 1 { "its mean" } else { "their means" };
+        push((names, (form.to_string(), Vec::new())), [BEGIN, near.full], variant.cost);
         alone.push((format!("level {number}"), Alone::Program(Box::new(variant))));
     }
     if let Some(far) = &plan.far {
-        push(
-            far.means.iter().map(|mean| mean.name.clone()).collect(),
-            [far.begin, far.full],
-            far.planes.len() as f64,
-        );
-        let number = plan.near.len() + 1;
-        alone.push((format!("level {number}"), Alone::Constant(far.planes.clone())));
+        let way = match &far.planes {
+            Some(planes) => Some(Alone::Constant(planes.clone())),
+            None => {
+                let text = write::alone(search.source, search.frame, search.inputs, far);
+                let built = text.and_then(|text| (search.build)(&text));
+                built.map(|built| Alone::Program(Box::new(search.judge.variant(built.plain))))
+            }
+        };
+        let cost = match &way {
+            Some(Alone::Program(variant)) => variant.cost,
+            Some(Alone::Constant(planes)) => planes.len() as f64,
+            None => 0.0,
+        };
+        let linear = far.forms.iter().filter(|form| !form.along.is_empty());
+        let form = (far.described(search.inputs), linear.map(|form| form.name.clone()).collect());
+        let names = far.forms.iter().map(|form| form.name.clone()).collect();
+        push((names, form), [far.begin, far.full], cost);
+        alone.extend(way.map(|way| (format!("level {}", plan.near.len() + 1), way)));
     }
     alone
 }

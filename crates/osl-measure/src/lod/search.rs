@@ -1,5 +1,5 @@
-//! Finds the levels: from which footprint on all outputs may be replaced by their means, and which statements
-//! before that, greedily, the dearest first.
+//! Finds the levels before the far one: changes in place, and statements that are replaced by their means,
+//! greedily, the dearest first.
 //!
 //! Everything is chosen on the fitted points and then judged on the points that were held out; a level that
 //! does not hold there begins at a larger footprint or is dropped. This module must not know how the text is
@@ -8,11 +8,12 @@
 use super::Build;
 use super::frame::Frame;
 use super::inputs::Inputs;
-use super::judge::{FOOTPRINTS, Judge, Truth, Variant};
+use super::judge::{FOOTPRINTS, Judge, Output, Truth, Variant};
 use super::known::{FootprintErrors, Known, Verdict};
 use super::means::{Statement, value};
 use super::off::{Fault, Off};
-use super::write::{BEGIN, Far, Inner, Mean, Near, Plan, Said, soft, write};
+use super::place::Place;
+use super::write::{BEGIN, Far, Form, Inner, Near, Plan, Said, at_end, soft, write};
 use super::{edges, noise};
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
@@ -33,6 +34,14 @@ impl TriedChanges {
     }
 }
 
+/// Those of two changes that have the smaller errors.
+fn closer(best: Option<TriedChanges>, found: Option<TriedChanges>) -> Option<TriedChanges> {
+    match (best, found) {
+        (Some(best), Some(found)) => Some(if found.sum() < best.sum() { found } else { best }),
+        (best, found) => best.or(found),
+    }
+}
+
 /// The search for levels of one shader.
 pub(super) struct Search<'s, 'a> {
     pub(super) judge: &'s Judge<'a>,
@@ -44,6 +53,7 @@ pub(super) struct Search<'s, 'a> {
     /// Samples per pixel, of the original and of everything that is compared with it.
     pub(super) samples: u32,
     pub(super) known: &'s Known,
+    pub(super) place: &'s Place,
     /// The width of a pixel at footprint 1.
     pub(super) width: f64,
     /// Number of programs that were tried.
@@ -59,6 +69,8 @@ pub(super) enum Failed {
     NoMean(String),
     /// All outputs by their means.
     Outputs(Fault),
+    /// All outputs by their means, or by linear forms where these fail.
+    Linear(Fault),
     /// The body costs no more than the switch to its means.
     Cheap,
     /// No statement's value can be replaced.
@@ -73,68 +85,12 @@ pub(super) enum Failed {
 
 /// A footprint above the first one.
 const NEXT: f64 = 1.5;
-/// What the switch to a level costs without comparisons of parameters, in additions.
-const SWITCH: f64 = 6.0;
-/// How much cheaper a near level must be than the one before it.
+/// How much cheaper a near level must be than the one before it, and an output by its mean than without.
 const CHEAPER: f64 = 0.9;
 /// The footprints at which near levels may begin to be complete.
 const NEAR: [usize; 3] = [2, 4, 6];
 
 impl Search<'_, '_> {
-    /// The level at which all outputs are their means. A shader that filters by itself may have other means
-    /// at larger footprints, so the means are those of the footprints at which they are used.
-    pub(super) fn far(&mut self) -> Result<Option<Far>, RunError> {
-        let is_number = |base: Base| matches!(base, Base::Int | Base::Float) || base.is_triple();
-        let program = self.source.program;
-        let mut outputs = program.shader.params.iter().filter(|param| param.output);
-        let other = outputs.find_map(|param| {
-            let var = program.vars.get(param.var.0 as usize)?;
-            (!is_number(var.ty.base)).then(|| var.name.to_string())
-        });
-        if let Some(name) = other {
-            self.failed.push(Failed::NoMean(name));
-            return Ok(None);
-        }
-        // What the width of a pixel and its comparison with the parameters cost.
-        let switch = SWITCH + self.inputs.guards.len() as f64;
-        let planes: usize = self.judge.outputs.iter().map(|output| output.planes.len()).sum();
-        if self.original.work() <= switch + planes as f64 {
-            self.failed.push(Failed::Cheap);
-            return Ok(None);
-        }
-        let mut last = None;
-        // At footprint 1 the original always runs.
-        'next: for (from, full) in FOOTPRINTS.into_iter().enumerate().skip(1) {
-            let over: Vec<&Truth> =
-                self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
-            let mut planes = self.judge.means(&over);
-            let mut means = Vec::new();
-            for output in &self.judge.outputs {
-                let Some(own) = planes.get_mut(output.planes.clone()) else { return Ok(None) };
-                let is_int = output.ty == Type::INT;
-                if is_int {
-                    own.iter_mut().for_each(|x| *x = x.round());
-                }
-                let Some(text) = value(output.ty, own, output.range) else { continue 'next };
-                means.push(Mean { name: output.name.clone(), text, is_int });
-            }
-            let mut errors = |known: &FootprintErrors| Ok(self.constant(&planes, known));
-            match self.known.verdict(&mut errors, ((full, f64::INFINITY), true))? {
-                Ok(_) => return Ok(Some(Far { full, begin: BEGIN, means, planes })),
-                Err(fault) => last = Some(fault),
-            }
-        }
-        self.failed.extend(last.map(Failed::Outputs));
-        Ok(None)
-    }
-
-    /// The errors of planes that have the same value everywhere.
-    pub(super) fn constant(&self, planes: &[f64], known: &FootprintErrors) -> Off {
-        let count = known.original.squares.first().map_or(0, Vec::len);
-        let values: Vec<Vec<f32>> = planes.iter().map(|x| vec![*x as f32; count]).collect();
-        self.judge.compare(&values, &known.truth)
-    }
-
     /// Changes in place that bring the body closer at a footprint at which it runs: noise that fades, then
     /// edges that become softer.
     pub(super) fn inner(&mut self, far: Option<&Far>) -> Result<Inner, RunError> {
@@ -159,25 +115,29 @@ impl Search<'_, '_> {
             ..Inner::default()
         };
         let all: Vec<&noise::Call> = calls.iter().collect();
+        let mut best: Option<TriedChanges> = None;
         for fade in noise::FADES {
-            if let Some(found) = self.attempt(inner(&all, fade), now, far)? {
-                *now = found;
-                return Ok(());
-            }
+            let found = self.attempt(inner(&all, fade), now, far)?;
+            best = closer(best, found);
         }
-        for fade in noise::FADES {
-            let mut taken: Vec<&noise::Call> = Vec::new();
-            for call in &calls {
-                let mut more = taken.clone();
-                more.push(call);
-                if let Some(found) = self.attempt(inner(&more, fade), now, far)? {
-                    (taken, *now) = (more, found);
+        // Otherwise those calls that may fade by themselves.
+        if best.is_none() && calls.len() > 1 {
+            for fade in noise::FADES {
+                let mut taken: Vec<&noise::Call> = Vec::new();
+                let mut last = None;
+                for call in &calls {
+                    let mut more = taken.clone();
+                    more.push(call);
+                    if let Some(found) =
+                        self.attempt(inner(&more, fade), last.as_ref().unwrap_or(now), far)?
+                    {
+                        (taken, last) = (more, Some(found));
+                    }
                 }
-            }
-            if !taken.is_empty() {
-                break;
+                best = closer(best, last);
             }
         }
+        *now = best.unwrap_or_else(|| std::mem::take(now));
         Ok(())
     }
 
@@ -192,10 +152,7 @@ impl Search<'_, '_> {
                 let mut inner = Inner { edges: now.inner.edges + 1, ..now.inner.clone() };
                 inner.edits.extend(edges::soften(&edge, slope, &name));
                 inner.edits.sort_by_key(|edit| edit.span.start);
-                let Some(found) = self.attempt(inner, now, far)? else { continue };
-                if best.as_ref().is_none_or(|best| found.sum() < best.sum()) {
-                    best = Some(found);
-                }
+                best = closer(best, self.attempt(inner, now, far)?);
             }
             *now = best.unwrap_or_else(|| std::mem::take(now));
         }
@@ -226,19 +183,24 @@ impl Search<'_, '_> {
         Ok(is_better.then_some(TriedChanges { inner, offs }))
     }
 
-    /// The text in which these statements have their means at every footprint.
-    pub(super) fn replaced(&self, list: &[&Statement], inner: &Inner) -> Option<String> {
+    /// The text in which these statements and outputs have their means at every footprint.
+    pub(super) fn replaced(
+        &self,
+        (list, outputs): (&[&Statement], &[Form]),
+        inner: &Inner,
+    ) -> Option<String> {
         let edit = |own: &&Statement| {
             let declared = own.declares.map(|ty| format!("{ty} ")).unwrap_or_default();
             Edit { span: own.span, text: format!("{declared}{} = {};", own.name, own.mean) }
         };
-        let edits: Vec<Edit> = list.iter().map(edit).chain(inner.outside(list)).collect();
+        let mut edits: Vec<Edit> = list.iter().map(edit).chain(inner.outside(list)).collect();
+        edits.extend(at_end(self.frame, outputs));
         let plan = Plan { inner: Inner { edits, ..inner.clone() }, ..Plan::default() };
         let said = Said { errors: &[], samples: self.samples, given: false, largest: self.width };
         write(self.source, self.frame, self.inputs, &plan, (self.width, &said))
     }
 
-    /// Levels before the far one, each with more statements replaced.
+    /// Levels before the far one, each with more statements and outputs replaced.
     pub(super) fn near(
         &mut self,
         statements: &[Statement],
@@ -251,7 +213,7 @@ impl Search<'_, '_> {
         // Where noise in a value fades by itself, another fade around it gains little.
         let fades = |own: &&Statement| inner.outside(&[own]).len() == inner.edits.len();
         for own in statements.iter().filter(fades) {
-            let Some(built) = self.replaced(&[own], inner).and_then(|text| (self.build)(&text)) else {
+            let Some(built) = self.replaced((&[own], &[]), inner).and_then(|text| (self.build)(&text)) else {
                 continue;
             };
             self.tried += 1;
@@ -263,6 +225,7 @@ impl Search<'_, '_> {
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut last = None;
         let mut taken: Vec<&Statement> = Vec::new();
+        let mut taken_outputs: Vec<Form> = Vec::new();
         let mut cost = first;
         for from in NEAR {
             let Some(full) = FOOTPRINTS.get(from).copied() else { continue };
@@ -278,9 +241,8 @@ impl Search<'_, '_> {
                 }
                 let mut more = now.clone();
                 more.push(own);
-                let Some(built) = self.replaced(&more, inner).and_then(|text| (self.build)(&text)) else {
-                    continue;
-                };
+                let text = self.replaced((&more, &taken_outputs), inner);
+                let Some(built) = text.and_then(|text| (self.build)(&text)) else { continue };
                 self.tried += 1;
                 let variant = self.judge.variant(built.plain);
                 if variant.cost >= now_cost * 0.99 {
@@ -297,15 +259,20 @@ impl Search<'_, '_> {
             }
             last = first_failed.or(last);
             // Changes in place may cost more than what a level saves.
-            if now_cost < (cost * CHEAPER).min(self.original.cost) {
-                let statements: Vec<Statement> = now
-                    .iter()
-                    .filter(|own| !taken.iter().any(|other| other.span == own.span))
-                    .map(|own| (*own).clone())
-                    .collect();
-                out.push(Near { full, statements });
+            if now_cost >= (cost * CHEAPER).min(self.original.cost) {
+                now.clone_from(&taken);
+            }
+            let outputs = self.outputs((&now, &taken_outputs), (from, inner), far)?;
+            let is_new = |own: &&&Statement| !taken.iter().any(|other| other.span == own.span);
+            let statements: Vec<Statement> = now.iter().filter(is_new).map(|own| (*own).clone()).collect();
+            if !statements.is_empty() || !outputs.is_empty() {
                 taken = now;
-                cost = now_cost;
+                taken_outputs.extend(outputs.iter().cloned());
+                let text = self.replaced((&taken, &taken_outputs), inner);
+                if let Some(built) = text.and_then(|text| (self.build)(&text)) {
+                    cost = self.judge.variant(built.plain).cost;
+                }
+                out.push(Near { full, statements, outputs });
             }
         }
         if out.is_empty() {
@@ -318,8 +285,77 @@ impl Search<'_, '_> {
         Ok(out)
     }
 
+    /// The means of all outputs over the footprints from one on, for each plane and as expressions. `None` if
+    /// one is not finite.
+    pub(super) fn means(&self, from: usize) -> Option<(Vec<f64>, Vec<Form>)> {
+        let over: Vec<&Truth> = self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
+        let mut planes = self.judge.means(&over);
+        let mut forms = Vec::new();
+        for output in &self.judge.outputs {
+            let own = planes.get_mut(output.planes.clone())?;
+            let is_int = output.ty == Type::INT;
+            if is_int {
+                own.iter_mut().for_each(|x| *x = x.round());
+            }
+            let text = value(output.ty, own, output.range)?;
+            forms.push(Form { name: output.name.clone(), text, is_int, along: Vec::new() });
+        }
+        Some((planes, forms))
+    }
+
+    /// The outputs whose means are closer than the original from a footprint on, although other outputs keep
+    /// the body from being skipped.
+    fn outputs(
+        &mut self,
+        (statements, taken): (&[&Statement], &[Form]),
+        (from, inner): (usize, &Inner),
+        far: Option<&Far>,
+    ) -> Result<Vec<Form>, RunError> {
+        let Some(full) = FOOTPRINTS.get(from).copied().filter(|_| !self.inputs.leaves) else {
+            return Ok(Vec::new());
+        };
+        let mut all = taken.to_vec();
+        let text = self.replaced((statements, &all), inner);
+        let Some(built) = text.and_then(|text| (self.build)(&text)) else { return Ok(Vec::new()) };
+        let now = self.judge.variant(built.plain);
+        let mut cost = now.cost;
+        let Ok(mut offs) = self.holds(&now, (full, end(far)), true)? else { return Ok(Vec::new()) };
+        for form in self.means(from).unwrap_or_default().1 {
+            let is_other = |output: &Output| output.name == form.name && !is_number(output.ty);
+            if taken.iter().any(|other| other.name == form.name) || self.judge.outputs.iter().any(is_other) {
+                continue;
+            }
+            all.push(form);
+            let text = self.replaced((statements, &all), inner);
+            let found = match text.and_then(|text| (self.build)(&text)) {
+                Some(built) => {
+                    self.tried += 1;
+                    let variant = self.judge.variant(built.plain);
+                    let is_cheaper = variant.cost < CHEAPER * cost;
+                    let errors = self.holds(&variant, (full, end(far)), true)?;
+                    errors.ok().filter(|_| is_cheaper).map(|errors| (variant.cost, errors))
+                }
+                None => None,
+            };
+            match found {
+                Some((less, errors)) if errors.iter().zip(&offs).any(|(new, old)| new.is_better(old)) => {
+                    (cost, offs) = (less, errors);
+                }
+                _ => {
+                    all.pop();
+                }
+            }
+        }
+        Ok(all.split_off(taken.len()))
+    }
+
     /// Whether a program is good at the footprints from one on and below another.
-    fn holds(&self, variant: &Variant, footprints: (f64, f64), alone: bool) -> Result<Verdict, RunError> {
+    pub(super) fn holds(
+        &self,
+        variant: &Variant,
+        footprints: (f64, f64),
+        alone: bool,
+    ) -> Result<Verdict, RunError> {
         let mut errors = |known: &FootprintErrors| self.judge.off(variant, &known.truth, self.samples);
         self.known.verdict(&mut errors, (footprints, alone))
     }
@@ -351,6 +387,11 @@ impl Search<'_, '_> {
         }
         Ok(Ok(()))
     }
+}
+
+/// Whether a value of this type has a mean that can be blended, or rounded.
+pub(super) fn is_number(ty: Type) -> bool {
+    matches!(ty.base, Base::Int | Base::Float) || ty.base.is_triple()
 }
 
 /// The footprint from which on the body does not run.

@@ -81,13 +81,9 @@ pub fn text(report: &Report) -> String {
 fn level_line(report: &Report, at: usize, level: &Level, out: &mut String) {
     let all = level.replaces.len() == report.outputs.len() && at + 1 == report.levels.len();
     let what = if all && level.replaces == report.outputs {
-        "all outputs are their means".to_string()
+        format!("all outputs are {}", level.form)
     } else {
-        format!(
-            "{} replaced by {}",
-            level.replaces.join(", "),
-            if level.replaces.len() == 1 { "its mean" } else { "their means" }
-        )
+        format!("{} replaced by {}", level.replaces.join(", "), level.form)
     };
     let _ = writeln!(
         out,

@@ -21,6 +21,9 @@ fn sentence(failed: &Failed, compared: (&[String], u32)) -> String {
             "all outputs: the shader costs no more than the test of how large a pixel is".to_string()
         }
         Failed::Outputs(fault) => format!("all outputs by their means: {}", reason(fault, compared)),
+        Failed::Linear(fault) => {
+            format!("all outputs by their means or linear forms: {}", reason(fault, compared))
+        }
         Failed::NoStatements => {
             "single values: no statement outside of loops computes a float or a triple".to_string()
         }

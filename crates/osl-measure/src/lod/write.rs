@@ -9,33 +9,68 @@ use super::words::{percent, samples};
 use crate::stability::fix::source::Source;
 use osl_syntax::diagnostic::Edit;
 
-/// A mean for an output.
+/// What replaces an output: its mean or a linear form.
 #[derive(Clone, Debug)]
-pub(super) struct Mean {
+pub(super) struct Form {
     pub(super) name: String,
     pub(super) text: String,
     /// An int cannot be blended.
     pub(super) is_int: bool,
+    /// The [`columns`] in which it is linear; none for a mean.
+    pub(super) along: Vec<usize>,
 }
 
-/// All outputs are replaced by their means.
+impl Form {
+    fn assigned(&self) -> String {
+        format!("{} = {}", self.name, self.text)
+    }
+}
+
+/// All outputs are replaced.
 #[derive(Clone, Debug)]
 pub(super) struct Far {
     /// The footprint from which on nothing of the body runs.
     pub(super) full: f64,
     /// The share of this footprint at which the fade begins.
     pub(super) begin: f64,
-    pub(super) means: Vec<Mean>,
-    /// The means as numbers, for each plane of the outputs.
-    pub(super) planes: Vec<f64>,
+    pub(super) forms: Vec<Form>,
+    /// If all of them are means: the numbers, for each plane of the outputs.
+    pub(super) planes: Option<Vec<f64>>,
 }
 
-/// Statements that are replaced by their means.
+impl Far {
+    /// What replaces the outputs.
+    pub(super) fn described(&self, inputs: &Inputs) -> String {
+        let components = inputs.coordinate.components();
+        let mut along: Vec<String> = Vec::new();
+        for at in self.forms.iter().flat_map(|form| &form.along) {
+            along.push(match (&inputs.coordinate, components.get(*at)) {
+                (_, None) => "the width of a pixel".to_string(),
+                (Coordinate::Point(name), _) => name.clone(),
+                (Coordinate::Uv, Some(name)) => name.clone(),
+            });
+        }
+        // The width comes last.
+        along.sort_by_key(|name| (name.contains(' '), name.clone()));
+        along.dedup();
+        let linear = match along.split_last() {
+            None => return "their means".to_string(),
+            Some((last, [])) => format!("linear forms in {last}"),
+            Some((last, rest)) => format!("linear forms in {} and {last}", rest.join(", ")),
+        };
+        let has_means = self.forms.iter().any(|form| form.along.is_empty());
+        if has_means { format!("their means or {linear}") } else { linear }
+    }
+}
+
+/// Statements and outputs that are replaced by their means.
 #[derive(Clone, Debug)]
 pub(super) struct Near {
     /// The footprint from which on they do not run.
     pub(super) full: f64,
     pub(super) statements: Vec<Statement>,
+    /// Outputs that are replaced after the body.
+    pub(super) outputs: Vec<Form>,
 }
 
 /// Changes that depend on the width of a pixel and stay in place at every footprint.
@@ -122,7 +157,7 @@ fn with_levels(
     (width, said): (f64, &Said<'_>),
 ) -> Option<String> {
     let text = source.reader.text;
-    let writer = Writer::new(source, inputs, plan, width);
+    let writer = Writer::new(source, plan, width);
     let replaced: Vec<&Statement> = plan.near.iter().flat_map(|near| &near.statements).collect();
     let mut edits = plan.inner.outside(&replaced);
     if plan.near.is_empty() && plan.far.is_none() && plan.inner.edges == 0 {
@@ -134,9 +169,13 @@ fn with_levels(
             edits.push(writer.faded(source, own, (&value, fade)));
         }
     }
-    let body = applied(text, (frame.open, frame.close), &edits)?;
+    let mut body = applied(text, (frame.open, frame.close), &edits)?;
+    for (near, fade) in plan.near.iter().zip(&writer.fades).filter(|(near, _)| !near.outputs.is_empty()) {
+        body = format!("{}\n{}", body.trim_end(), tail(fade, &near.outputs));
+    }
     let before = applied(text, (0, frame.open), &edits)?;
-    let after = applied(text, (frame.close, text.len()), &edits)?;
+    // What stands just before the closing brace belongs to the body.
+    let after = format!("}}{}", applied(text, (frame.close + 1, text.len()), &edits)?);
     let head = writer.head(inputs, plan, said);
     let Some(far) = &plan.far else {
         return Some(format!("{before}\n{head}\n{}{after}", opened(&body)));
@@ -146,24 +185,49 @@ fn with_levels(
         return Some(format!("{before}\n{left}\n{}{after}", opened(&body)));
     }
     let indent = INDENT;
-    let tail = writer.tail(far);
     let name = &writer.far;
+    let tail = tail(name, &far.forms);
     let inner = indented(&body);
     Some(format!("{before}\n{head}\n{indent}if ({name} < 1) {{\n{inner}{indent}}}\n{tail}{after}"))
 }
 
-/// The source with another output, which is the width of a pixel.
-pub(super) fn probe(source: &Source<'_>, frame: &Frame, inputs: &Inputs) -> Option<(String, String)> {
-    let output = source.unused("probe");
-    let plan = Plan::default();
-    let writer = Writer::new(source, inputs, &plan, 1.0);
-    let lines = writer.pixel(inputs);
-    let open = osl_syntax::span::Span::new(frame.open as u32, frame.open as u32);
-    let edits = [
-        frame.outputs(&[format!("float {output} = 0")]),
-        Edit { span: open, text: format!("\n{lines}{INDENT}{output} = {};\n", writer.pixel) },
-    ];
-    Some((osl_syntax::repair::apply(source.reader.text, &edits)?, output))
+/// The edit that replaces outputs at the end of the body.
+pub(super) fn at_end(frame: &Frame, outputs: &[Form]) -> Option<Edit> {
+    let at = osl_syntax::span::Span::new(frame.close as u32, frame.close as u32);
+    let lines: String = outputs.iter().map(|form| format!("{INDENT}{};\n", form.assigned())).collect();
+    (!outputs.is_empty()).then(|| Edit { span: at, text: format!("\n{lines}") })
+}
+
+/// What an output may be linear in, as expressions: the components of the coordinate and the width of a pixel.
+pub(super) fn columns(source: &Source<'_>, inputs: &Inputs) -> Vec<String> {
+    let mut columns = inputs.coordinate.components();
+    columns.push(pixel(source));
+    columns
+}
+
+/// A source with another body, in which the width of a pixel is known.
+fn bare(source: &Source<'_>, frame: &Frame, inputs: &Inputs, lines: &str) -> Edit {
+    let writer = Writer::new(source, &Plan::default(), 1.0);
+    let span = osl_syntax::span::Span::new(frame.open as u32, frame.close as u32);
+    Edit { span, text: format!("\n{}{lines}", writer.pixel(inputs)) }
+}
+
+/// The source with further outputs, which are the [`columns`], and nothing else in its body.
+pub(super) fn probe(source: &Source<'_>, frame: &Frame, inputs: &Inputs) -> Option<(String, Vec<String>)> {
+    let base = source.unused("probe");
+    let columns = columns(source, inputs);
+    let names: Vec<String> = (0..columns.len()).map(|at| format!("{base}_{at}")).collect();
+    let outputs: Vec<String> = names.iter().map(|name| format!("float {name} = 0")).collect();
+    let set = |(name, column): (&String, &String)| format!("{INDENT}{name} = {column};\n");
+    let lines: String = names.iter().zip(&columns).map(set).collect();
+    let edits = [frame.outputs(&outputs), bare(source, frame, inputs, &lines)];
+    Some((osl_syntax::repair::apply(source.reader.text, &edits)?, names))
+}
+
+/// The source with nothing but the far level in its body.
+pub(super) fn alone(source: &Source<'_>, frame: &Frame, inputs: &Inputs, far: &Far) -> Option<String> {
+    let lines: String = far.forms.iter().map(|form| format!("{INDENT}{};\n", form.assigned())).collect();
+    osl_syntax::repair::apply(source.reader.text, &[bare(source, frame, inputs, &lines)])
 }
 
 const INDENT: &str = "    ";
@@ -180,19 +244,24 @@ struct Writer {
     width: f64,
 }
 
+/// The name of the variable with the width of a pixel.
+fn pixel(source: &Source<'_>) -> String {
+    source.unused("pixel")
+}
+
 /// The name of the variable by which edges become softer.
 pub(super) fn soft(source: &Source<'_>) -> String {
     source.unused("soft")
 }
 
 impl Writer {
-    fn new(source: &Source<'_>, _: &Inputs, plan: &Plan, width: f64) -> Writer {
+    fn new(source: &Source<'_>, plan: &Plan, width: f64) -> Writer {
         let fade = source.unused("fade");
         let fades = match plan.near.len() {
             0 | 1 => vec![fade; plan.near.len()],
             n => (1..=n).map(|level| source.unused(&format!("fade{level}"))).collect(),
         };
-        Writer { pixel: source.unused("pixel"), far: source.unused("far"), fades, soft: soft(source), width }
+        Writer { pixel: pixel(source), far: source.unused("far"), fades, soft: soft(source), width }
     }
 
     /// The statement that sets the width of a pixel: the smaller side, so that a level is used only where a
@@ -226,19 +295,21 @@ impl Writer {
         let fulls = near.chain(plan.far.iter().map(|far| (far.full, far.begin)));
         let names = self.fades.iter().chain(plan.far.iter().map(|_| &self.far));
         for ((((full, begin), name), error), index) in fulls.zip(names).zip(said.errors).zip(0..) {
-            let what = if index == plan.near.len() { "all outputs" } else { "some values" };
+            let far = plan.far.as_ref().filter(|_| index == plan.near.len());
+            let form = far.map_or("their means".to_string(), |far| far.described(inputs));
+            let what = if far.is_some() { "all outputs" } else { "some values" };
             let [percent, other] = error.map(percent);
             let samples = samples(said.samples);
             let has = if said.samples == 1 { "has" } else { "have" };
             let [begin, end] = self.widths(full, begin);
             text += &if inputs.leaves && index == plan.near.len() {
                 format!(
-                    " From {end} on the outputs are their means: the root mean square error is at most \
+                    " From {end} on the outputs are {form}: the root mean square error is at most \
                      {percent} of an output's range there; {samples} of the original {has} up to {other}."
                 )
             } else {
                 format!(
-                    " Between {begin} and {end}, {name} replaces {what} by their means: from there on the \
+                    " Between {begin} and {end}, {name} replaces {what} by {form}: from there on the \
                      root mean square error is at most {percent} of an output's range; {samples} of the \
                      original {has} up to {other}."
                 )
@@ -288,38 +359,13 @@ impl Writer {
         out
     }
 
-    /// The statements after the body: the means alone where nothing of the body runs, since a blend takes
-    /// longer.
-    fn tail(&self, far: &Far) -> String {
-        let name = &self.far;
-        let block = |line: &dyn Fn(&Mean) -> String| match &far.means[..] {
-            [mean] => (format!("\n{INDENT}{INDENT}{}\n", line(mean)), String::new()),
-            means => {
-                let lines: String =
-                    means.iter().map(|mean| format!("{INDENT}{INDENT}{}\n", line(mean))).collect();
-                (format!(" {{\n{lines}"), format!("{INDENT}}}"))
-            }
-        };
-        let (all, end) = block(&|Mean { name: output, text, .. }| format!("{output} = {text};"));
-        let (blend, last) = block(&|Mean { name: output, text, is_int }| match is_int {
-            true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
-            false => format!("{output} = mix({output}, {text}, {name});"),
-        });
-        let between = if end.is_empty() { INDENT.to_string() } else { format!("{end} ") };
-        let last = if last.is_empty() { last } else { format!("{last}\n") };
-        format!("{INDENT}if ({name} >= 1){all}{between}else if ({name} > 0){blend}{last}")
-    }
-
     /// The switch of a shader that can end before its last statement, so that nothing can follow its body.
     fn left(&self, inputs: &Inputs, far: &Far, head: &str) -> String {
         let [_, end] = self.widths(far.full, far.begin);
         let mut tests = vec![format!("{} >= {end}", self.pixel)];
         tests.extend(inputs.guards.iter().cloned());
-        let sets: String = far
-            .means
-            .iter()
-            .map(|mean| format!("{INDENT}{INDENT}{} = {};\n", mean.name, mean.text))
-            .collect();
+        let set = |form: &Form| format!("{INDENT}{INDENT}{};\n", form.assigned());
+        let sets: String = far.forms.iter().map(set).collect();
         format!("{head}{} {{\n{sets}{INDENT}{INDENT}return;\n{INDENT}}}\n", condition(&tests, ""))
     }
 
@@ -361,6 +407,27 @@ fn condition(tests: &[String], before: &str) -> String {
         }
     }
     out
+}
+
+/// The statements after the body: the means alone where nothing of the body runs, since a blend takes
+/// longer.
+fn tail(name: &str, forms: &[Form]) -> String {
+    let block = |line: &dyn Fn(&Form) -> String| match forms {
+        [form] => (format!("\n{INDENT}{INDENT}{}\n", line(form)), String::new()),
+        forms => {
+            let lines: String =
+                forms.iter().map(|form| format!("{INDENT}{INDENT}{}\n", line(form))).collect();
+            (format!(" {{\n{lines}"), format!("{INDENT}}}"))
+        }
+    };
+    let (all, end) = block(&|form| format!("{};", form.assigned()));
+    let (blend, last) = block(&|Form { name: output, text, is_int, .. }| match is_int {
+        true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
+        false => format!("{output} = mix({output}, {text}, {name});"),
+    });
+    let between = if end.is_empty() { INDENT.to_string() } else { format!("{end} ") };
+    let last = if last.is_empty() { last } else { format!("{last}\n") };
+    format!("{INDENT}if ({name} >= 1){all}{between}else if ({name} > 0){blend}{last}")
 }
 
 /// A text as a comment of several lines.
