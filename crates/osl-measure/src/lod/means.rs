@@ -302,7 +302,7 @@ fn number(x: f64, range: f64) -> String {
 }
 
 /// Without zeros at the end of a fraction.
-fn trimmed(mut text: String) -> String {
+pub(super) fn trimmed(mut text: String) -> String {
     if text.contains('.') && !text.contains('e') {
         text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
     }

@@ -40,8 +40,8 @@ pub struct Report {
     pub cost: f64,
     /// Number of calls of noise that fade to the mean of the noise.
     pub faded_noise: usize,
-    /// The widths of a pixel between which they fade, in cells of the noise.
-    pub noise_widths: [String; 2],
+    /// The width of a pixel from which on they fade, in cells of the noise.
+    pub noise_width: f64,
     /// Number of edges that become softer.
     pub soft_edges: usize,
     /// The levels, the nearest first; empty if nothing simpler holds.
@@ -168,7 +168,7 @@ pub(super) fn report(
         outputs: search.judge.outputs.iter().map(|output| output.name.clone()).collect(),
         cost: search.original.cost,
         faded_noise: 0,
-        noise_widths: Default::default(),
+        noise_width: 0.0,
         soft_edges: 0,
         levels: Vec::new(),
         why: Vec::new(),
@@ -183,7 +183,7 @@ pub(super) fn report(
         return report;
     };
     report.faded_noise = found.plan.inner.calls;
-    report.noise_widths = found.plan.inner.fade.clone();
+    report.noise_width = found.plan.inner.start;
     report.soft_edges = found.plan.inner.edges;
     // If the time is over, what is known so far is reported.
     report.cut_short = rest(request, search, &found, &mut report).is_err();

@@ -108,28 +108,28 @@ impl Search<'_, '_> {
             return Ok(());
         }
         let (source, frame) = (self.source, self.frame);
-        let inner = |list: &[&noise::Call], fade: [&str; 2]| Inner {
+        let inner = |list: &[&noise::Call], start: f64| Inner {
             calls: list.len(),
-            fade: fade.map(str::to_string),
-            edits: noise::edits(source, frame, list, fade),
+            start,
+            edits: noise::edits(source, frame, list, start),
             ..Inner::default()
         };
         let all: Vec<&noise::Call> = calls.iter().collect();
         let mut best: Option<TriedChanges> = None;
-        for fade in noise::FADES {
-            let found = self.attempt(inner(&all, fade), now, far)?;
+        for start in noise::STARTS {
+            let found = self.attempt(inner(&all, start), now, far)?;
             best = closer(best, found);
         }
         // Otherwise those calls that may fade by themselves.
         if best.is_none() && calls.len() > 1 {
-            for fade in noise::FADES {
+            for start in noise::STARTS {
                 let mut taken: Vec<&noise::Call> = Vec::new();
                 let mut last = None;
                 for call in &calls {
                     let mut more = taken.clone();
                     more.push(call);
                     if let Some(found) =
-                        self.attempt(inner(&more, fade), last.as_ref().unwrap_or(now), far)?
+                        self.attempt(inner(&more, start), last.as_ref().unwrap_or(now), far)?
                     {
                         (taken, last) = (more, Some(found));
                     }

@@ -24,7 +24,7 @@ pub fn text(report: &Report) -> String {
     );
     let _ = writeln!(out);
     if report.faded_noise > 0 {
-        let [begin, end] = &report.noise_widths;
+        let start = report.noise_width;
         let calls = if report.faded_noise == 1 {
             "one call".to_string()
         } else {
@@ -32,7 +32,7 @@ pub fn text(report: &Report) -> String {
         };
         let _ = writeln!(
             out,
-            "{calls} of noise: its mean where a pixel is {end} of its cells wide (fades in from {begin})"
+            "{calls} of noise: fades to its mean where a pixel is more than {start} of its cells wide"
         );
     }
     if report.soft_edges > 0 {

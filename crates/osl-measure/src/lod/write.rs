@@ -78,8 +78,8 @@ pub(super) struct Near {
 pub(super) struct Inner {
     /// Number of calls of noise that fade.
     pub(super) calls: usize,
-    /// The widths of a pixel between which they fade, in cells of the noise.
-    pub(super) fade: [String; 2],
+    /// The width of a pixel from which on they fade, in cells of the noise.
+    pub(super) start: f64,
     /// Number of edges that become softer.
     pub(super) edges: usize,
     /// All changes, in order.
