@@ -12,8 +12,12 @@ use osl_syntax::source::SourceMap;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Instructions with smaller factors pass an error on rather than magnify it.
+/// Instructions with smaller factors pass an error on rather than magnify it: the largest factor at any point
+/// counts.
 const NOTABLE: f64 = 8.0;
+
+/// An instruction that magnifies less than this at a point is not looked at.
+pub(super) const LEAST: f64 = 2.0;
 
 /// An instruction that magnifies, and its factor; infinite for a jump.
 type Magnifier = (NodeId, f64);
@@ -35,9 +39,9 @@ impl Paths {
         self.nodes.get(id)?.0
     }
 
-    /// The same, unless it passes the error on rather than magnify it.
+    /// The same, unless it hardly magnifies at this point.
     pub(super) fn magnifier(&self, id: usize) -> Option<Magnifier> {
-        self.after(id).filter(|(_, factor)| *factor >= NOTABLE)
+        self.after(id).filter(|(_, factor)| *factor >= LEAST)
     }
 
     /// Tells the arguments of a node what magnifies the parts of the error that come from them.
@@ -113,10 +117,21 @@ impl Pairs {
         own.map(|(_, error)| error).sum()
     }
 
-    /// The largest error from a single rounding that an instruction magnifies.
-    pub(super) fn largest(&self, magnifies: &InstSite) -> f64 {
-        let own = self.found.iter().filter(|((by, _), _)| by == magnifies);
-        own.fold(0.0, |most, (_, error)| error.max(most))
+    /// For each instruction that magnifies: the ones whose roundings it magnifies, with their errors.
+    pub(super) fn by_magnifier(&self) -> BTreeMap<&InstSite, BTreeMap<&InstSite, f64>> {
+        let mut out: BTreeMap<&InstSite, BTreeMap<&InstSite, f64>> = BTreeMap::new();
+        for ((by, rounds), error) in &self.found {
+            *out.entry(by).or_default().entry(rounds).or_default() += error;
+        }
+        out
+    }
+
+    /// Without the pairs of instructions that pass errors on rather than magnify them.
+    pub(super) fn notable(mut self, places: &BTreeMap<InstSite, Blame>) -> Pairs {
+        self.found.retain(|(by, _), _| {
+            places.get(by).is_some_and(|by| by.flips > 0 || by.factor >= NOTABLE)
+        });
+        self
     }
 
     /// The partner of an instruction on one side, if at least half of the error of its pairs has to do with
