@@ -20,8 +20,9 @@ use super::broken::{broken, rounded_once};
 use super::instruction::{Blame, InstSite};
 use super::pairs::{Pairs, Paths};
 use super::reduce::reduces;
+use super::repeats::Users;
 use super::replay::can_round;
-use super::roundings::{LEAST, LineOf, Rounds, Roundings, measured};
+use super::roundings::{LEAST, LineOf, Roundings, Rounds, measured};
 use crate::trace::{Exact, NodeId, Trace, What};
 use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity};
@@ -29,6 +30,9 @@ use std::collections::BTreeMap;
 
 /// An argument counts as nearly right up to this relative error.
 const CLOSE: f64 = 1e-4;
+
+/// The part of all errors that one has at least of which it is asked whether a loop adds it up.
+const REPEATED: f64 = 0.1;
 
 /// An instruction that magnifies this many times less than a later one is not the one to look at first.
 const MUCH: f64 = 8.0;
@@ -122,9 +126,39 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64], line: &LineOf<'_>, budget: &m
     }
     // Estimates need no experiments.
     let mut without = 0;
-    found.estimated.join((trace, ranges), (&rounds, line), largest, &mut without);
+    let of = (&rounds, line);
+    found.estimated.join((trace, ranges), of, largest, &mut without);
+    found.estimated.repeats = repeated(trace, of, &found.estimated);
     if let Some(measured) = &mut found.measured {
-        measured.join((trace, ranges), (&rounds, line), largest, budget);
+        measured.join((trace, ranges), of, largest, budget);
+        measured.repeats = repeated(trace, of, measured);
+    }
+    found
+}
+
+/// The instructions of loops that add up the error of a value that they use in each round, with the one that
+/// makes that error, if it is a notable part of all.
+fn repeated(
+    trace: &Trace,
+    (rounds, line): (&BTreeMap<InstSite, Rounds>, &LineOf<'_>),
+    roundings: &Roundings,
+) -> Pairs {
+    let mut found = Pairs::default();
+    let all: f64 = roundings.errors.values().sum();
+    let single = |place: &InstSite| {
+        rounds.get(place).and_then(|own| own.nodes.first().filter(|_| own.nodes.len() == 1))
+    };
+    let list = roundings.errors.iter().filter(|(_, error)| **error >= REPEATED * all);
+    let list: Vec<_> = list.filter_map(|(place, error)| Some((place, *error, *single(place)?))).collect();
+    if list.is_empty() {
+        return found;
+    }
+    let users = Users::new(trace);
+    for (place, error, id) in list {
+        if let Some(by) = users.repeated(id, line) {
+            let by = InstSite { span: trace.node(by).span, what: name(&trace.node(by).what) };
+            found.add(by, place.clone(), error);
+        }
     }
     found
 }

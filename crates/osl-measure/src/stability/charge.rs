@@ -63,6 +63,8 @@ pub(super) struct Found {
     pub(super) pairs: Pairs,
     /// Instructions that magnify much more what others magnify first.
     pub(super) chains: Pairs,
+    /// Instructions in loops that add up the error of others.
+    pub(super) repeats: Pairs,
     /// The error of all roundings together that an instruction magnifies.
     pub(super) together: BTreeMap<InstSite, f64>,
     /// The error of all roundings of a line together.
@@ -141,6 +143,11 @@ pub(super) fn charge(
         charge.why = leaves(broken).to_string();
         return charge;
     }
+    let added = found.repeats.all(Side::Magnifies, place);
+    if added > blame.amplified.max(blame.rounded) {
+        adds(&mut charge, added, blame, points, found, sources);
+        return charge;
+    }
     // An instruction that hardly magnifies has lost nothing but its own rounding.
     let magnifies = blame.flips > 0 || !(0.0..pairs::LEAST).contains(&blame.factor) || blame.rounded == 0.0;
     if blame.amplified >= ROUNDING * blame.rounded && (magnifies || blame.factor == 0.0) {
@@ -151,6 +158,28 @@ pub(super) fn charge(
     charge
 }
 
+/// The error of another line, as the object of a sentence.
+fn error_of(partner: &Partner, place: &InstSite, found: &Found, sources: &SourceMap) -> String {
+    let line = partner.words(place, sources);
+    let is_inexact = found.places.get(&partner.place).is_some_and(|own| own.roundings() >= INEXACT);
+    if is_inexact { format!("the error of {line}") } else { format!("what {line} rounds") }
+}
+
+/// Completes the charge of an instruction of a loop that adds up the error of a value from before the loop.
+fn adds(charge: &mut Charge, added: f64, blame: &Blame, points: f64, found: &Found, sources: &SourceMap) {
+    let place = &charge.place;
+    charge.loses = true;
+    charge.score = added / points;
+    charge.error = added / points;
+    charge.magnifies = found.repeats.partner(Side::Rounds, place, sources);
+    let what = match &charge.magnifies {
+        Some(partner) => error_of(partner, place, found, sources),
+        None => "the errors of its operands".to_string(),
+    };
+    let times = f64::from(blame.runs.max(1)) / points;
+    charge.why = format!("adds up {what}: it uses the same value {} times a point", short(times, 2));
+}
+
 /// Completes the charge of an instruction that magnifies, or jumps.
 fn loses(charge: &mut Charge, blame: &Blame, points: f64, found: &Found, sources: &SourceMap) {
     let place = &charge.place;
@@ -159,14 +188,9 @@ fn loses(charge: &mut Charge, blame: &Blame, points: f64, found: &Found, sources
     charge.magnifies = found.pairs.partner(Side::Rounds, place, sources);
     charge.magnified_by = found.chains.partner(Side::Magnifies, place, sources).filter(|by| {
         let other = found.places.get(&by.place).map_or(0.0, |by| by.amplified);
-        found.chains.all(place) >= 0.5 * blame.amplified && other >= ITSELF * blame.amplified
+        found.chains.all(Side::Rounds, place) >= 0.5 * blame.amplified && other >= ITSELF * blame.amplified
     });
-    let what = charge.magnifies.as_ref().map(|partner| {
-        let line = partner.words(place, sources);
-        let rounds = found.places.get(&partner.place);
-        let is_inexact = rounds.is_some_and(|rounds| rounds.roundings() >= INEXACT);
-        if is_inexact { format!("the error of {line}") } else { format!("what {line} rounds") }
-    });
+    let what = charge.magnifies.as_ref().map(|partner| error_of(partner, place, found, sources));
     let factor = blame.factor;
     charge.why = match what {
         _ if blame.flips > 0 => {
@@ -193,13 +217,23 @@ fn rounds(charge: &mut Charge, blame: &Blame, points: f64, found: &Found, source
     charge.rounds = true;
     charge.score = ROUNDING * blame.rounded / points;
     charge.error = blame.rounded / points;
-    charge.magnified_by = found.pairs.partner(Side::Magnifies, place, sources);
-    let by = charge.magnified_by.as_ref().and_then(|by| found.places.get(&by.place));
-    let times = f64::from(blame.runs.max(1)) / points;
+    // A line is named if it has to do with at least half of the error.
+    let has_half = |pairs: &Pairs| pairs.all(Side::Rounds, place) >= 0.5 * blame.rounded;
     let own = match blame.roundings() {
         n if n >= INEXACT => format!("is inexact, with {} times the error of a rounding", short(n, 2)),
         _ => "rounds its result".to_string(),
     };
+    if has_half(&found.repeats)
+        && let Some(by) = found.repeats.partner(Side::Magnifies, place, sources)
+    {
+        charge.why = format!("{own}, which {} adds up", by.words(place, sources));
+        charge.magnified_by = Some(by);
+        return;
+    }
+    charge.magnified_by =
+        found.pairs.partner(Side::Magnifies, place, sources).filter(|_| has_half(&found.pairs));
+    let by = charge.magnified_by.as_ref().and_then(|by| found.places.get(&by.place));
+    let times = f64::from(blame.runs.max(1)) / points;
     if times >= LOOP {
         // What magnifies the sum after the loop is not the one to look at first.
         if !by.is_some_and(|by| f64::from(by.runs) >= LOOP * points) {
@@ -211,7 +245,9 @@ fn rounds(charge: &mut Charge, blame: &Blame, points: f64, found: &Found, source
     let line = charge.magnified_by.as_ref().map(|partner| partner.words(place, sources));
     charge.why = match (line, by) {
         (Some(line), Some(by)) if by.flips > 0 => format!("{own}, at which {line} jumps"),
-        (Some(line), Some(by)) => format!("{own}, which {line} magnifies up to {} times", short(by.factor, 2)),
+        (Some(line), Some(by)) => {
+            format!("{own}, which {line} magnifies up to {} times", short(by.factor, 2))
+        }
         _ => format!("{own}, which later lines make worse"),
     };
 }

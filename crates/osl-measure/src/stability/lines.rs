@@ -183,9 +183,10 @@ impl Sums {
             self.places.entry(place).or_default().rounded = error * factor;
         }
         let pairs = roundings.pairs.notable(&self.places).scaled(factor);
+        let repeats = roundings.repeats.scaled(factor);
         let (mut together, mut lines) = (roundings.together, roundings.lines);
         together.values_mut().chain(lines.values_mut()).for_each(|error| *error *= factor);
-        Found { places: self.places, pairs, chains: self.chains, together, lines }
+        Found { places: self.places, pairs, chains: self.chains, repeats, together, lines }
     }
 }
 
@@ -220,18 +221,18 @@ impl Lines {
     /// The instruction that stands for a line: the one with the highest score, or the one of the line that
     /// magnifies most of its error.
     fn of_line(&self, line: LineKey, mut charges: Vec<Charge>) -> Option<Charge> {
-        charges
-            .sort_by(|a, b| b.score.total_cmp(&a.score).then(a.place.span.start.cmp(&b.place.span.start)));
+        charges.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.place.span.start.cmp(&b.place.span.start)));
         let first = charges.first()?;
         let score = first.score;
-        let by = first.magnified_by.as_ref().map(|by| &by.place);
+        let by = first.magnified_by.as_ref().filter(|_| first.loses).map(|by| &by.place);
         let by = charges.iter().position(|charge| Some(&charge.place) == by).filter(|by| charges[*by].loses);
         let mut chosen = charges.swap_remove(by.unwrap_or(0));
         chosen.score = score;
         // Several roundings of a line are told together.
         let all = self.errors.get(&line).copied().unwrap_or(0.0);
         if chosen.rounds && all > chosen.error {
-            let more = charges.iter().filter(|other| other.rounds && other.error >= 0.1 * chosen.error).count();
+            let more =
+                charges.iter().filter(|other| other.rounds && other.error >= 0.1 * chosen.error).count();
             chosen.together_with(more, all);
         }
         Some(chosen)

@@ -89,11 +89,11 @@ impl Reach {
 }
 
 /// Follows the trials of the powers of ten in one direction, the nearest to the given setting first. `at`
-/// tries another value.
+/// tries another value. One in `thin` of the tests of the end is made.
 pub(super) fn reach(
     decades: &[(f64, &Trial)],
     goes_up: bool,
-    tolerance: f64,
+    (tolerance, thin): (f64, usize),
     at: &dyn Fn(f64) -> Trial,
 ) -> Reach {
     let count = decades.iter().position(|(_, trial)| !trial.is_right()).unwrap_or(decades.len());
@@ -107,22 +107,22 @@ pub(super) fn reach(
     };
     for pair in right.windows(2) {
         let [(near, before), (far, after)] = pair else { continue };
-        if !is_quiet(before, after, tolerance)
-            && !reach.holds_at(&reach.between(*near, *far, &COARSE), at)
-        {
+        if !is_quiet(before, after, tolerance) && !reach.holds_at(&reach.between(*near, *far, &COARSE), at) {
             break;
         }
     }
     let (Some(first), Some(end)) = (reach.right.first().copied(), reach.wrong) else { return reach };
     let decade_before = if goes_up { end / 10.0 } else { end * 10.0 };
     let start = if reach.is_before(first, decade_before) { decade_before } else { first };
-    let fine = reach.between(start, end, &FINE);
+    let digits: Vec<f64> = FINE.iter().copied().step_by(thin.clamp(1, 2)).collect();
+    let fine = reach.between(start, end, &digits);
     if reach.holds_at(&fine, at) {
         reach.right.extend(fine);
         reach.sort();
     }
     while let Some(last) = reach.last().filter(|last| reach.is_before(first, *last)) {
-        let tests = TESTS.iter().map(|part| if goes_up { last * part } else { last / part });
+        let tests =
+            TESTS.iter().step_by(thin.max(1)).map(|part| if goes_up { last * part } else { last / part });
         let tests: Vec<f64> = tests.filter(|by| reach.is_before(first, *by)).collect();
         let kept = reach.right.clone();
         if reach.holds_at(&tests, at) {
@@ -145,7 +145,8 @@ pub(super) fn reach(
 
 /// Whether nothing happens between two powers of ten.
 fn is_quiet(a: &Trial, b: &Trial, tolerance: f64) -> bool {
-    let pairs = || a.outcomes.iter().zip(&b.outcomes).map(|(a, b)| (a.worst.min(b.worst), a.worst.max(b.worst)));
+    let pairs =
+        || a.outcomes.iter().zip(&b.outcomes).map(|(a, b)| (a.worst.min(b.worst), a.worst.max(b.worst)));
     pairs().all(|(least, most)| most < QUIET * tolerance && most < ALIKE * least.max(1e-9))
 }
 
@@ -172,7 +173,7 @@ mod tests {
         let decades: Vec<f64> = (0..=12).map(|n| f64::powi(if goes_up { 10.0 } else { 0.1 }, n)).collect();
         let trials: Vec<Trial> = decades.iter().map(|by| trial(error(*by))).collect();
         let list: Vec<(f64, &Trial)> = decades.into_iter().zip(&trials).collect();
-        reach(&list, goes_up, 0.01, &|by| trial(error(by)))
+        reach(&list, goes_up, (0.01, 1), &|by| trial(error(by)))
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub(super) struct Roundings {
     pub(super) errors: BTreeMap<InstSite, f64>,
     /// By the instruction that magnifies, and the one whose rounding it magnifies.
     pub(super) pairs: Pairs,
+    /// By the instruction in a loop that adds up an error, and the one that makes it.
+    pub(super) repeats: Pairs,
     /// By the instruction that magnifies: the error of all the roundings together that it magnifies.
     pub(super) together: BTreeMap<InstSite, f64>,
     /// By line: the error of all its roundings together.
@@ -39,6 +41,7 @@ impl Roundings {
             *self.errors.entry(place).or_default() += error;
         }
         self.pairs.merge(other.pairs);
+        self.repeats.merge(other.repeats);
         for (place, error) in other.together {
             *self.together.entry(place).or_default() += error;
         }

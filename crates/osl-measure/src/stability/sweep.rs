@@ -257,8 +257,9 @@ pub(super) fn sweep(
     let (below, above) = list.split_at_checked(start).unwrap_or((&list, &[]));
     let origin = above.first().copied().filter(|_| given.is_some());
     let below: Vec<(f64, &Trial)> = origin.into_iter().chain(below.iter().rev().copied()).collect();
-    let upper = reach(above, true, tolerance, &at);
-    let lower = given.map(|_| reach(&below, false, tolerance, &at)).filter(|lower| lower.wrong.is_some());
+    let effort = (tolerance, if subject.is_long() { 4 } else { 1 });
+    let upper = reach(above, true, effort, &at);
+    let lower = given.map(|_| reach(&below, false, effort, &at)).filter(|lower| lower.wrong.is_some());
     finding.from = lower.as_ref().and_then(Reach::last);
     finding.limit = upper.last().filter(|_| upper.wrong.is_some());
     finding.text = match (finding.from, upper.wrong, finding.limit) {

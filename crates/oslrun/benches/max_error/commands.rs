@@ -28,7 +28,8 @@ pub(crate) fn measure(shader: &Shader, wanted: &Selection) {
     let source = folder.path().join("shader.osl");
     std::fs::write(&source, shader.text()).expect("a shader");
     for case in wanted.results().into_iter().filter(|case| case.name == shader.name && case.seed == 0) {
-        if done.iter().any(|one| one.key() == case.key()) || wanted.side.is_some_and(|side| side != case.side) {
+        if done.iter().any(|one| one.key() == case.key()) || wanted.side.is_some_and(|side| side != case.side)
+        {
             continue;
         }
         let Some((best, evaluations, _)) = case.best.clone() else { continue };

@@ -84,7 +84,8 @@ fn none(repair: &Repair, shader: &str, out: &mut String) {
     } else if let Some((step, (name, value))) = &repair.harmful {
         let _ = writeln!(
             out,
-            "\nThis one helps with the given values, but with `{name} = {value}` its results differ from those of the original in double precision, where the original is right:"
+            "\nThis one helps with the given values, but with `{name} = {value}` it makes points worse: to more than \
+             twice the error that the original has there:"
         );
         rewrite(shader, step, out);
         if let Some(before) = &repair.before {
@@ -144,6 +145,9 @@ mod tests {
         let said = "the largest error stays at 0.00016 of the output's range, their root mean square falls from \
                     0.0001 to 0.00001";
         assert_eq!(change(&errors(0.000162, 1e-4), &errors(0.000158, 1e-5)), said);
-        assert_eq!((at_cost(0.9999), at_cost(1.05)), ("at the same cost".into(), "at 1.05 times the cost".into()));
+        assert_eq!(
+            (at_cost(0.9999), at_cost(1.05)),
+            ("at the same cost".into(), "at 1.05 times the cost".into())
+        );
     }
 }
