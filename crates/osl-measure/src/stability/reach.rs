@@ -35,6 +35,8 @@ pub(super) struct Reach {
     pub(super) wrong: Option<f64>,
     /// Why the run stops there, if it does.
     pub(super) stopped: Option<String>,
+    /// The last power of ten at which they are right, if that is further out: values between are wrong.
+    pub(super) decade: Option<f64>,
     goes_up: bool,
 }
 
@@ -103,6 +105,7 @@ pub(super) fn reach(
         right: right.iter().map(|(by, _)| *by).collect(),
         wrong: decade.as_ref().map(|(by, _)| *by),
         stopped: decade.as_ref().and_then(|(_, why)| why.clone()),
+        decade: None,
         goes_up,
     };
     for pair in right.windows(2) {
@@ -135,6 +138,7 @@ pub(super) fn reach(
     }
     // Beyond the last right power of ten, the next one shows the failure best.
     let last_decade = right.last().map(|(by, _)| *by);
+    reach.decade = last_decade.filter(|by| reach.last().is_some_and(|last| reach.is_before(last, *by)));
     if let (Some(last), Some(end), Some((by, why))) = (last_decade, reach.wrong, decade)
         && reach.is_before(last, end)
     {
@@ -193,7 +197,7 @@ mod tests {
         // Wrong from 130 to 700, and from 2e4 on.
         let bad = |by: f64| (130.0..700.0).contains(&by) || by >= 2e4;
         let up = reached(&|by| if bad(by) { 0.1 } else { 0.004 + by * 1e-9 }, true);
-        assert_eq!(up.last(), Some(120.0));
+        assert_eq!((up.last(), up.decade.map(f64::round)), (Some(120.0), Some(1e4)));
         assert!(up.wrong.is_some_and(|by| bad(by) && by < 700.0));
     }
 

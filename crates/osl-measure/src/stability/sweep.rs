@@ -271,6 +271,12 @@ pub(super) fn sweep(
             format!("right for {name} from {} to {}", short(from, 2), short(to.unwrap_or(from), 2))
         }
     };
+    // Single values between powers of ten may be wrong where points lie on an edge.
+    for (end, way) in lower.iter().map(|end| (end, "down")).chain([(&upper, "up")]) {
+        if let Some(by) = end.decade {
+            finding.text += &format!(", also at the powers of ten {way} to {}", short(by, 2));
+        }
+    }
     for end in lower.iter().chain([&upper]) {
         if let (Some(by), Some(why)) = (end.wrong, &end.stopped) {
             finding.text += &format!("; at {name} {} the run stops: {why}", short(by, 2));
