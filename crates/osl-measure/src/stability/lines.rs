@@ -6,7 +6,7 @@ use super::blame::blame;
 use super::charge::{Charge, Found, charge, does};
 use super::instruction::{Blame, INEXACT, InstSite};
 use super::jumps::jumps;
-use super::pairs::Pairs;
+use super::pairs::{Pairs, Side};
 use super::roundings::{LineKey, LineOf, Roundings};
 use super::subject::{Planes, Subject};
 use super::sweep::{NOTABLE, Setting, errors, percent, range};
@@ -72,7 +72,8 @@ pub fn culprits(
     let n = f64::from(followed[0].max(1));
     let found = sums.ended();
     let most = found.places.values().map(Blame::score).fold(0.0, f64::max);
-    for (place, blame) in found.places.iter().filter(|(_, blame)| blame.score() > 0.0) {
+    let adds = |place: &InstSite| found.repeats.all(Side::Magnifies, place) > 0.0;
+    for (place, blame) in found.places.iter().filter(|(place, blame)| blame.score() > 0.0 || adds(place)) {
         let charge = charge(place, blame, n, &found, sources);
         let is_most = blame.score() >= most;
         blamed.put(charge, sources);
