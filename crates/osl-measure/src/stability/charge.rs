@@ -82,6 +82,8 @@ pub(super) struct Charge {
     /// Whether it is charged with its own rounding, or with what it magnifies.
     pub(super) rounds: bool,
     pub(super) loses: bool,
+    /// Whether its own rounding adds up in a loop.
+    pub(super) sums: bool,
     why: String,
     magnifies: Option<Partner>,
     pub(super) magnified_by: Option<Partner>,
@@ -235,6 +237,7 @@ fn rounds(charge: &mut Charge, blame: &Blame, points: f64, found: &Found, source
     let by = charge.magnified_by.as_ref().and_then(|by| found.places.get(&by.place));
     let times = f64::from(blame.runs.max(1)) / points;
     if times >= LOOP {
+        charge.sums = true;
         // What magnifies the sum after the loop is not the one to look at first.
         if !by.is_some_and(|by| f64::from(by.runs) >= LOOP * points) {
             charge.magnified_by = None;

@@ -220,12 +220,12 @@ impl Lines {
     }
 
     /// The instruction that stands for a line: the one with the highest score, or the one of the line that
-    /// magnifies most of its error.
+    /// magnifies most of its error, unless that is a rounding that adds up in a loop.
     fn of_line(&self, line: LineKey, mut charges: Vec<Charge>) -> Option<Charge> {
         charges.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.place.span.start.cmp(&b.place.span.start)));
         let first = charges.first()?;
         let score = first.score;
-        let by = first.magnified_by.as_ref().filter(|_| first.loses).map(|by| &by.place);
+        let by = first.magnified_by.as_ref().filter(|_| !first.sums).map(|by| &by.place);
         let by = charges.iter().position(|charge| Some(&charge.place) == by).filter(|by| charges[*by].loses);
         let mut chosen = charges.swap_remove(by.unwrap_or(0));
         chosen.score = score;

@@ -20,9 +20,9 @@ const TESTS: [f64; 16] = [
     0.523,
 ];
 
-/// Where the errors of two powers of ten are below this share of the tolerance, and alike, nothing is tried
-/// between them.
-const QUIET: f64 = 0.25;
+/// The value that is tried where the errors of two powers of ten are alike, and below a share of the
+/// tolerance.
+const QUIET: ([f64; 1], f64) = ([3.0], 0.25);
 
 /// Errors that differ by less than this factor are alike.
 const ALIKE: f64 = 1.25;
@@ -147,11 +147,11 @@ pub(super) fn reach(
     reach
 }
 
-/// Whether nothing happens between two powers of ten.
+/// Whether little seems to happen between two powers of ten.
 fn is_quiet(a: &Trial, b: &Trial, tolerance: f64) -> bool {
     let pairs =
         || a.outcomes.iter().zip(&b.outcomes).map(|(a, b)| (a.worst.min(b.worst), a.worst.max(b.worst)));
-    pairs().all(|(least, most)| most < QUIET * tolerance && most < ALIKE * least.max(1e-9))
+    pairs().all(|(least, most)| most < QUIET.1 * tolerance && most < ALIKE * least.max(1e-9))
 }
 
 #[cfg(test)]
