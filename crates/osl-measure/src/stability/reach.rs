@@ -110,7 +110,12 @@ pub(super) fn reach(
     };
     for pair in right.windows(2) {
         let [(near, before), (far, after)] = pair else { continue };
-        if !is_quiet(before, after, tolerance) && !reach.holds_at(&reach.between(*near, *far, &COARSE), at) {
+        let digits = match (is_quiet(before, after, tolerance), thin) {
+            (true, 1) => &QUIET.0[..],
+            (true, _) => &[],
+            (false, _) => &COARSE,
+        };
+        if !reach.holds_at(&reach.between(*near, *far, digits), at) {
             break;
         }
     }
