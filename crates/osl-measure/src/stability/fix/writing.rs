@@ -106,7 +106,12 @@ pub(super) fn with_factors(term: Term, found: &PatternMatch) -> Term {
 fn negated(term: Term) -> Term {
     match (&term.head, &term.parts[..]) {
         (Head::Sum(_), _) if term.text.is_none() => {
-            sum(term.items(true).into_iter().map(|(flag, part)| (!flag, part)).collect())
+            let mut items: Vec<_> = term.items(true).into_iter().map(|(flag, part)| (!flag, part)).collect();
+            // Two parts may change places; the order of more is that of the additions.
+            if items.len() == 2 {
+                items.sort_by_key(|(flag, _)| *flag);
+            }
+            sum(items)
         }
         (Head::Choose, [condition, yes, no]) if term.text.is_none() => {
             Term::new(Head::Choose, vec![condition.clone(), negated(yes.clone()), negated(no.clone())])
