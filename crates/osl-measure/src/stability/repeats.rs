@@ -1,5 +1,5 @@
-//! Values whose error a loop adds up: a rounding of them is small, but the loop uses the same wrong value again
-//! and again. A rotation by a small angle that is applied a thousand times is an example.
+//! Values whose error a loop adds up: a rounding of them is small, but the loop uses the same wrong value
+//! again and again. A rotation by a small angle that is applied a thousand times is an example.
 //!
 //! This module must not know what the error does to the outputs.
 

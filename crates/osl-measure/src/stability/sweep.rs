@@ -231,8 +231,9 @@ pub(super) struct Sweep {
     pub(super) wrong: Option<f64>,
 }
 
-/// Sweeps one number over all decades, and between them near the end of the right ones. Says in which range around the given setting the points are right.
-/// `given` is the decade of the given setting; `None` if the given setting is 0. `first` is its trial.
+/// Sweeps one number over all decades, and between them near the end of the right ones. Says in which range
+/// around the given setting the points are right. `given` is the decade of the given setting; `None` if the
+/// given setting is 0. `first` is its trial.
 pub(super) fn sweep(
     subject: &Subject<'_>,
     grid: &Grid,
