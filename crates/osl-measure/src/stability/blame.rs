@@ -12,15 +12,17 @@
 //! result leaves the range of floats counts like one that amplifies.
 //!
 //! The parts tell where an error may come from, not how much of it: where the operands of a difference share
-//! a rounding, most of it cancels. So [`Replay`] measures what the rounding of each instruction does to the
-//! outputs.
+//! a rounding, most of it cancels. So `roundings` measures what the rounding of each instruction does to
+//! the outputs.
 
 use super::again::{again, difference, differences};
 use super::broken::{broken, rounded_once};
 use super::instruction::{Blame, InstSite};
 use super::pairs::{Pairs, Paths};
 use super::reduce::reduces;
-use super::replay::{Replay, can_round};
+use super::repeats::Users;
+use super::replay::can_round;
+use super::roundings::{LEAST, LineOf, Roundings, Rounds, measured};
 use crate::trace::{Exact, NodeId, Trace, What};
 use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity};
@@ -29,11 +31,8 @@ use std::collections::BTreeMap;
 /// An argument counts as nearly right up to this relative error.
 const CLOSE: f64 = 1e-4;
 
-/// Instructions of a point whose rounding is measured; those with the largest estimates come first.
-const MEASURED: usize = 64;
-
-/// Roundings that make less than this share of a point's error are not charged with any of it.
-const LEAST_SHARE: f64 = 0.01;
+/// The part of all errors that one has at least of which it is asked whether a loop adds it up.
+const REPEATED: f64 = 0.1;
 
 /// An instruction that magnifies this many times less than a later one is not the one to look at first.
 const MUCH: f64 = 8.0;
@@ -51,41 +50,9 @@ pub(super) struct Blames {
     pub(super) measured: Option<Roundings>,
 }
 
-/// Errors from roundings, as shares of an output's range.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Roundings {
-    /// By the instruction that rounds.
-    pub(super) errors: BTreeMap<InstSite, f64>,
-    /// By the instruction that magnifies, and the one whose rounding it magnifies.
-    pub(super) pairs: Pairs,
-}
-
-impl Roundings {
-    pub(super) fn merge(&mut self, other: Roundings) {
-        for (place, error) in other.errors {
-            *self.errors.entry(place).or_default() += error;
-        }
-        self.pairs.merge(other.pairs);
-    }
-}
-
-/// An instruction that rounds, with all its runs at a point.
-#[derive(Default)]
-struct Rounds {
-    /// Its nodes, the last one first.
-    nodes: Vec<NodeId>,
-    estimate: f64,
-    /// The parts of the estimate, by the instruction that magnifies them.
-    by: BTreeMap<Option<InstSite>, f64>,
-}
-
-/// The part of an estimate that a run counts for at least, so that the runs of an instruction with a wrong
-/// estimate count all the same.
-const LEAST: f64 = 1e-30;
-
 /// The blame of a trace. `ranges` are those of the outputs, in the order of the trace; `budget` is the number
 /// of nodes that experiments may run again.
-pub(super) fn blame(trace: &Trace, ranges: &[f64], budget: &mut u64) -> Blames {
+pub(super) fn blame(trace: &Trace, ranges: &[f64], line: &LineOf<'_>, budget: &mut u64) -> Blames {
     let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
     let (mut all, mut largest) = (0.0, 0.0_f64);
     let shares: Vec<(NodeId, Vec<f64>)> = trace
@@ -154,47 +121,46 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64], budget: &mut u64) -> Blames {
         paths.pass_on(id, &blame, args, &parts);
     }
     found.measured = measured(trace, ranges, &rounds, largest, budget);
-    for (place, rounds) in rounds {
-        found.estimated.put(&place, &rounds, rounds.estimate);
+    for (place, rounds) in &rounds {
+        found.estimated.put(place, rounds, rounds.estimate);
+    }
+    // Estimates need no experiments.
+    let mut without = 0;
+    let of = (&rounds, line);
+    found.estimated.join((trace, ranges), of, largest, &mut without);
+    found.estimated.repeats = repeated(trace, of, &found.estimated);
+    if let Some(measured) = &mut found.measured {
+        measured.join((trace, ranges), of, largest, budget);
+        measured.repeats = repeated(trace, of, measured);
     }
     found
 }
 
-impl Roundings {
-    fn put(&mut self, place: &InstSite, rounds: &Rounds, error: f64) {
-        if error == 0.0 {
-            return;
-        }
-        *self.errors.entry(place.clone()).or_default() += error;
-        let all: f64 = rounds.by.values().sum();
-        for (by, part) in &rounds.by {
-            if let Some(by) = by {
-                self.pairs.add(by.clone(), place.clone(), error * part / all);
-            }
-        }
-    }
-}
-
-/// What the roundings of a point do to its outputs, by experiment. `None` if the budget is used up.
-fn measured(
+/// The instructions of loops that add up the error of a value that they use in each round, with the one that
+/// makes that error, if it is a notable part of all.
+fn repeated(
     trace: &Trace,
-    ranges: &[f64],
-    rounds: &BTreeMap<InstSite, Rounds>,
-    largest: f64,
-    budget: &mut u64,
-) -> Option<Roundings> {
-    let mut order: Vec<(&InstSite, &Rounds)> = rounds.iter().collect();
-    order.sort_by(|a, b| b.1.estimate.total_cmp(&a.1.estimate).then(a.0.cmp(b.0)));
-    let mut replay = Replay::new(trace);
-    let mut measured = Roundings::default();
-    for (place, rounds) in order.into_iter().take(MEASURED) {
-        let nodes: Vec<NodeId> = rounds.nodes.iter().rev().copied().collect();
-        let error = replay.error(&nodes, ranges, budget)?;
-        if error >= LEAST_SHARE * largest {
-            measured.put(place, rounds, error);
+    (rounds, line): (&BTreeMap<InstSite, Rounds>, &LineOf<'_>),
+    roundings: &Roundings,
+) -> Pairs {
+    let mut found = Pairs::default();
+    let all: f64 = roundings.errors.values().sum();
+    let single = |place: &InstSite| {
+        rounds.get(place).and_then(|own| own.nodes.first().filter(|_| own.nodes.len() == 1))
+    };
+    let list = roundings.errors.iter().filter(|(_, error)| **error >= REPEATED * all);
+    let list: Vec<_> = list.filter_map(|(place, error)| Some((place, *error, *single(place)?))).collect();
+    if list.is_empty() {
+        return found;
+    }
+    let users = Users::new(trace);
+    for (place, error, id) in list {
+        if let Some(by) = users.repeated(id, line) {
+            let by = InstSite { span: trace.node(by).span, what: name(&trace.node(by).what) };
+            found.add(by, place.clone(), error);
         }
     }
-    Some(measured)
+    found
 }
 
 /// Whether two nodes are runs of the same instruction.
@@ -260,11 +226,12 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> (Blam
     }
     let steps = Steps::new(trace, id);
     blame.flips = u32::from(steps.jumps());
-    let kept = steps.pass_on(flow, &node.args, flows);
+    let (kept, own) = steps.pass_on(flow, &node.args, flows);
     if blame.broken.is_some() {
         (blame.amplified, blame.left) = (kept, kept);
         return (blame, 0.0);
     }
+    (blame.inexact, blame.begins) = (kept * own, kept);
     blame.amplified = steps.worse(flow, &error);
     if blame.amplified > 0.0 {
         blame.factor = steps.factor();
@@ -301,13 +268,13 @@ impl<'a> Steps<'a> {
     }
 
     /// Splits the error that passes through among the arguments. Returns what is left for the instruction
-    /// itself.
-    fn pass_on(&self, flow: &[f64], args: &[NodeId], flows: &mut [Vec<f64>]) -> f64 {
+    /// itself, and how many times a rounding its own error is.
+    fn pass_on(&self, flow: &[f64], args: &[NodeId], flows: &mut [Vec<f64>]) -> (f64, f64) {
         let node = self.trace.node(self.id);
         let strict = node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers());
         let mut now = self.exact.clone();
         let total: f64 = flow.iter().sum();
-        let Some(mut before) = self.run(&now) else { return self.pass_on_unknown(total, args, flows) };
+        let Some(mut before) = self.run(&now) else { return (self.pass_on_unknown(total, args, flows), 0.0) };
         // How each component of each argument changes each component of the result.
         let mut changes: Vec<(usize, usize, Vec<f64>)> = Vec::new();
         for (arg, to) in self.strict.iter().enumerate() {
@@ -326,6 +293,9 @@ impl<'a> Steps<'a> {
             }
         }
         let own = differences(&strict, &before);
+        let largest = |list: &[f64]| list.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let rounding = largest(&before) * f64::from(f32::EPSILON) / 2.0;
+        let times = if rounding > 0.0 { (largest(&own) / rounding).min(1.0 / rounding) } else { 0.0 };
         let mut kept = 0.0;
         for (component, flow) in flow.iter().enumerate().filter(|(_, f)| **f != 0.0) {
             let size = |list: &[f64]| {
@@ -345,7 +315,7 @@ impl<'a> Steps<'a> {
                 to[*part] += flow * size(change) / sum;
             }
         }
-        kept
+        (kept, if times.is_finite() { times } else { 0.0 })
     }
 
     /// The same for a call that cannot run again: its wrong operands have all of it.

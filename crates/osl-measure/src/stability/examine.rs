@@ -3,7 +3,7 @@
 use super::Report;
 use super::lines::{BlamedLines, Culprit, culprits};
 use super::subject::{Base, Planes, Subject};
-use super::sweep::{Finding, NOTABLE, Setting, Trial, measure, percent, sweep};
+use super::sweep::{Finding, NOTABLE, SAFE, Setting, Trial, measure, percent, sweep};
 use osl_exec::RunError;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
@@ -256,6 +256,16 @@ struct Turned {
     passes_on: bool,
 }
 
+/// How much more likely a wrong point must be than a right one before a value is told, if points are wrong as
+/// given: with other values the same error shows at a few more or fewer points.
+const MORE: f64 = 1.5;
+
+/// Whether a value of a parameter makes points wrong, by the shares that are wrong with it and as given.
+fn makes_wrong(now: f64, given: f64) -> bool {
+    let odds = |share: f64| share / (1.0 - share).max(1e-9);
+    now > given + SAFE && (given <= SAFE || odds(now) > MORE * odds(given))
+}
+
 /// Tries the values of a parameter.
 fn turn(
     (subject, grid): (&Subject<'_>, &Grid),
@@ -280,8 +290,12 @@ fn turn(
                     percent(trial.not_finite())
                 ));
             }
-            None if trial.wrong() > given.wrong() + super::sweep::SAFE => {
-                bad.push(format!("{value} makes {} of the points wrong", percent(trial.wrong())));
+            None if makes_wrong(trial.wrong(), given.wrong()) => {
+                let mut text = format!("{value} makes {} of the points wrong", percent(trial.wrong()));
+                if given.wrong() > SAFE {
+                    text += &format!(" instead of {}", percent(given.wrong()));
+                }
+                bad.push(text);
             }
             None => {}
         }
@@ -291,4 +305,17 @@ fn turn(
     let finding = Finding { sweep: knob.name.clone(), from: None, limit: None, text };
     turned.finding = (!bad.is_empty()).then_some(finding);
     turned
+}
+
+#[cfg(test)]
+mod tests {
+    use super::makes_wrong;
+
+    #[test]
+    fn a_value_is_told_if_it_makes_points_wrong() {
+        assert!(makes_wrong(0.0015, 0.0) && makes_wrong(1.0, 0.9) && makes_wrong(0.52, 0.29));
+        assert!(!makes_wrong(0.001, 0.0) && !makes_wrong(0.0015, 0.001));
+        // The same fault at other points.
+        assert!(!makes_wrong(0.18, 0.17) && !makes_wrong(0.74, 0.72) && !makes_wrong(0.47, 0.46));
+    }
 }

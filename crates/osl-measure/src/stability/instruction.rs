@@ -9,6 +9,10 @@ use osl_ir::Span;
 /// amplified.
 pub(super) const ROUNDING: f64 = 0.02;
 
+/// An instruction whose own error is this many times a rounding is inexact: single precision does not compute
+/// it to the last digit.
+pub(super) const INEXACT: f64 = 16.0;
+
 /// An instruction of the source: its location and its operation.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct InstSite {
@@ -29,6 +33,11 @@ pub struct Blame {
     pub left: f64,
     /// Error from its own rounding.
     pub rounded: f64,
+    /// How many times a single rounding its own error is, multiplied by the error that begins in it. Many
+    /// functions are less exact than a rounding.
+    pub inexact: f64,
+    /// The error that begins in it, as estimated along the flow of the error.
+    pub begins: f64,
     /// How often a comparison, a floor or the like has a different result in double precision.
     pub flips: u32,
     /// How often it ran.
@@ -48,12 +57,19 @@ impl Blame {
         self.amplified + ROUNDING * self.rounded
     }
 
+    /// How many times a single rounding its own error is: the mean, weighted by the error that begins in it.
+    pub fn roundings(&self) -> f64 {
+        if self.begins > 0.0 { self.inexact / self.begins } else { 0.0 }
+    }
+
     /// Adds the blame from another point.
     pub fn add(&mut self, other: &Blame) {
         self.amplified += other.amplified;
         self.reduced += other.reduced;
         self.left += other.left;
         self.rounded += other.rounded;
+        self.inexact += other.inexact;
+        self.begins += other.begins;
         self.flips += other.flips;
         self.runs += other.runs;
         self.factor = self.factor.max(other.factor);

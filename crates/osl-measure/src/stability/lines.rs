@@ -2,11 +2,12 @@
 
 pub use super::charge::Culprit;
 
-use super::blame::{Roundings, blame};
+use super::blame::blame;
 use super::charge::{Charge, Found, charge, does};
-use super::instruction::{Blame, InstSite};
+use super::instruction::{Blame, INEXACT, InstSite};
 use super::jumps::jumps;
-use super::pairs::Pairs;
+use super::pairs::{Pairs, Side};
+use super::roundings::{LineKey, LineOf, Roundings};
 use super::subject::{Planes, Subject};
 use super::sweep::{NOTABLE, Setting, errors, percent, range};
 use crate::sanitize::{Kind, events_at};
@@ -48,6 +49,7 @@ pub fn culprits(
     let points = setting.points(grid);
     let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
+    let line_of = |span: Span| line_key(span, sources);
     let mut sums = Sums::new(subject.limits.running.traces / 2);
     let mut events: [Events; 2] = Default::default();
     let (mut followed, mut skipped) = ([0, 0], 0);
@@ -58,7 +60,7 @@ pub fn culprits(
                 continue;
             };
             if which == 0 {
-                sums.point(&trace, &output_ranges(&trace, planes));
+                sums.point(&trace, &output_ranges(&trace, planes), &line_of);
             }
             for event in events_at(&trace, subject.base.written, sources) {
                 *events[which].entry(event).or_default() += 1;
@@ -70,19 +72,23 @@ pub fn culprits(
     let n = f64::from(followed[0].max(1));
     let found = sums.ended();
     let most = found.places.values().map(Blame::score).fold(0.0, f64::max);
-    for (place, blame) in found.places.iter().filter(|(_, blame)| blame.score() > 0.0) {
+    let adds = |place: &InstSite| found.repeats.all(Side::Magnifies, place) > 0.0;
+    for (place, blame) in found.places.iter().filter(|(place, blame)| blame.score() > 0.0 || adds(place)) {
         let charge = charge(place, blame, n, &found, sources);
-        if charge.error < NOTABLE && blame.score() < most {
-            continue;
-        }
+        let is_most = blame.score() >= most;
         blamed.put(charge, sources);
+        if is_most {
+            blamed.most = line_of(place.span);
+        }
         if blame.reduced >= 0.5 * blame.amplified
             && let (Some(at), Some(forms)) = (sources.place(place.span), found.pairs.forms(place, sources))
-            && found.places.get(&forms.place).is_some_and(|forms| forms.size >= LARGE)
+            && let Some(blame) = found.places.get(&forms.place)
+            && (blame.size >= LARGE || blame.roundings() >= INEXACT)
         {
             blamed.formed.insert(((at.file, at.line), (forms.file, forms.line)));
         }
     }
+    blamed.errors = found.lines.iter().map(|(line, error)| (*line, error / n)).collect();
     // Where an underflow does no harm, it is no event.
     let harms = |(span, kind): &(Span, Kind)| {
         let broken = |(place, blame): (&InstSite, &Blame)| place.span == *span && blame.left > 0.0;
@@ -150,8 +156,8 @@ impl Sums {
         }
     }
 
-    fn point(&mut self, trace: &Trace, ranges: &[f64]) {
-        let blames = blame(trace, ranges, &mut self.budget);
+    fn point(&mut self, trace: &Trace, ranges: &[f64], line: &LineOf<'_>) {
+        let blames = blame(trace, ranges, line, &mut self.budget);
         for (place, blame) in blames.places {
             self.places.entry(place).or_default().add(&blame);
         }
@@ -177,8 +183,18 @@ impl Sums {
         for (place, error) in roundings.errors {
             self.places.entry(place).or_default().rounded = error * factor;
         }
-        Found { places: self.places, pairs: roundings.pairs.scaled(factor), chains: self.chains }
+        let pairs = roundings.pairs.notable(&self.places).scaled(factor);
+        let repeats = roundings.repeats.scaled(factor);
+        let (mut together, mut lines) = (roundings.together, roundings.lines);
+        together.values_mut().chain(lines.values_mut()).for_each(|error| *error *= factor);
+        Found { places: self.places, pairs, chains: self.chains, repeats, together, lines }
     }
+}
+
+/// The line of a place in the sources.
+fn line_key(span: Span, sources: &SourceMap) -> Option<LineKey> {
+    let (file, at) = (sources.file_at(span.start)?, sources.place(span)?);
+    (span != Span::default()).then_some((file.base, at.line))
 }
 
 /// A file and a line.
@@ -187,31 +203,55 @@ type Line = (String, u32);
 /// Charges by line.
 #[derive(Default)]
 struct Lines {
-    charges: BTreeMap<(u32, u32), Vec<Charge>>,
+    charges: BTreeMap<LineKey, Vec<Charge>>,
+    /// The error of all roundings of a line together.
+    errors: BTreeMap<LineKey, f64>,
+    /// The line of the instruction with the highest score.
+    most: Option<LineKey>,
     /// Lines that reduce the range of what another line forms, with that line.
     formed: BTreeSet<(Line, Line)>,
 }
 
 impl Lines {
     fn put(&mut self, charge: Charge, sources: &SourceMap) {
-        let span = charge.place.span;
-        if let (Some(file), Some(at)) = (sources.file_at(span.start), sources.place(span))
-            && span != Span::default()
-        {
-            self.charges.entry((file.base, at.line)).or_default().push(charge);
+        if let Some(line) = line_key(charge.place.span, sources) {
+            self.charges.entry(line).or_default().push(charge);
         }
+    }
+
+    /// The instruction that stands for a line: the one with the highest score, or the one of the line that
+    /// magnifies most of its error, unless that is a rounding that adds up in a loop.
+    fn of_line(&self, line: LineKey, mut charges: Vec<Charge>) -> Option<Charge> {
+        charges.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.place.span.start.cmp(&b.place.span.start)));
+        let first = charges.first()?;
+        let score = first.score;
+        let by = first.magnified_by.as_ref().filter(|_| !first.sums).map(|by| &by.place);
+        let by = charges.iter().position(|charge| Some(&charge.place) == by).filter(|by| charges[*by].loses);
+        let mut chosen = charges.swap_remove(by.unwrap_or(0));
+        chosen.score = score;
+        // Several roundings of a line are told together.
+        let all = self.errors.get(&line).copied().unwrap_or(0.0);
+        if chosen.rounds && all > chosen.error {
+            let more =
+                charges.iter().filter(|other| other.rounds && other.error >= 0.1 * chosen.error).count();
+            chosen.together_with(more, all);
+        }
+        Some(chosen)
     }
 
     /// The lines in the order of their scores, each with its worst instruction. The line that magnifies a
     /// rounding comes before the line that rounds, unless it reduces the range of what that line forms.
-    fn culprits(self, setting: &Setting, sources: &SourceMap) -> Vec<Culprit> {
-        let of_line = |mut charges: Vec<Charge>| {
-            charges.sort_by(|a, b| {
-                b.score.total_cmp(&a.score).then(a.place.span.start.cmp(&b.place.span.start))
-            });
-            charges.into_iter().next()?.told(setting, sources)
-        };
-        let mut list: Vec<Culprit> = self.charges.into_values().filter_map(of_line).collect();
+    fn culprits(mut self, setting: &Setting, sources: &SourceMap) -> Vec<Culprit> {
+        let charges = std::mem::take(&mut self.charges).into_iter();
+        let mut chosen: Vec<(LineKey, Charge)> =
+            charges.filter_map(|(line, charges)| Some((line, self.of_line(line, charges)?))).collect();
+        // Small errors are left out, if there are others.
+        let is_notable = |charge: &Charge| !charge.is_error || charge.error >= NOTABLE;
+        let any = chosen.iter().any(|(_, charge)| is_notable(charge));
+        let most = self.most;
+        chosen.retain(|(line, charge)| is_notable(charge) || (!any && Some(*line) == most));
+        let mut list: Vec<Culprit> =
+            chosen.into_iter().filter_map(|(_, charge)| charge.told(setting, sources)).collect();
         list.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.line.cmp(&b.line)));
         let line = |culprit: &Culprit| (culprit.file.clone(), culprit.line);
         // Each line that magnifies is moved at most once, so that lines in a loop end somewhere.

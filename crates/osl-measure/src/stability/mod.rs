@@ -1,13 +1,13 @@
 //! Numerical stability: where a shader's results become wrong, and which line is to blame.
 //!
 //! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
-//! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results. `blame`
-//! follows the error of single points back to the instructions that made it, `replay` measures what each
-//! rounding does to the outputs, and `pairs` finds the instruction that magnifies it on the way; `broken`
-//! finds results that leave the range of floats, and `reduce` knows the functions whose arguments must be
-//! small. `lines` sums this up by source line, and `charge` says it. `fix` rewrites the lines to blame and
-//! proves what that is worth. This module must not know the command line; [`text`] and [`html`] format a
-//! [`Report`].
+//! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results; `reach`
+//! says how far they stay right. `blame` follows the error of single points back to the instructions that
+//! made it, `replay` and `roundings` measure what each rounding does to the outputs, `pairs` finds the
+//! instruction that magnifies it on the way, and `repeats` a loop that adds it up; `broken` finds results
+//! that leave the range of floats, and `reduce` knows the functions whose arguments must be small. `lines`
+//! sums this up by source line, and `charge` says it. `fix` rewrites the lines to blame and proves what that
+//! is worth. This module must not know the command line; [`text`] and [`html`] format a [`Report`].
 
 mod again;
 mod blame;
@@ -21,8 +21,11 @@ mod instruction;
 mod jumps;
 mod lines;
 mod pairs;
+mod reach;
 mod reduce;
+mod repeats;
 mod replay;
+mod roundings;
 mod subject;
 mod sweep;
 pub mod text;

@@ -12,8 +12,12 @@ use osl_syntax::source::SourceMap;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Instructions with smaller factors pass an error on rather than magnify it.
+/// Instructions with smaller factors pass an error on rather than magnify it: the largest factor at any point
+/// counts.
 const NOTABLE: f64 = 8.0;
+
+/// An instruction that magnifies less than this at a point is not looked at.
+pub(super) const LEAST: f64 = 2.0;
 
 /// An instruction that magnifies, and its factor; infinite for a jump.
 type Magnifier = (NodeId, f64);
@@ -35,9 +39,9 @@ impl Paths {
         self.nodes.get(id)?.0
     }
 
-    /// The same, unless it passes the error on rather than magnify it.
+    /// The same, unless it hardly magnifies at this point.
     pub(super) fn magnifier(&self, id: usize) -> Option<Magnifier> {
-        self.after(id).filter(|(_, factor)| *factor >= NOTABLE)
+        self.after(id).filter(|(_, factor)| *factor >= LEAST)
     }
 
     /// Tells the arguments of a node what magnifies the parts of the error that come from them.
@@ -107,38 +111,46 @@ impl Pairs {
         self
     }
 
-    /// The error of an instruction that others magnify.
-    pub(super) fn all(&self, rounds: &InstSite) -> f64 {
-        let own = self.found.iter().filter(|((_, other), _)| other == rounds);
-        own.map(|(_, error)| error).sum()
+    /// The error of all pairs that have an instruction on this side.
+    pub(super) fn all(&self, side: Side, of: &InstSite) -> f64 {
+        let own = |(by, rounds): &(InstSite, InstSite)| {
+            if side == Side::Magnifies { by == of } else { rounds == of }
+        };
+        self.found.iter().filter(|(pair, _)| own(pair)).map(|(_, error)| error).sum()
     }
 
-    /// The largest error from a single rounding that an instruction magnifies.
-    pub(super) fn largest(&self, magnifies: &InstSite) -> f64 {
-        let own = self.found.iter().filter(|((by, _), _)| by == magnifies);
-        own.fold(0.0, |most, (_, error)| error.max(most))
+    /// For each instruction that magnifies: the ones whose roundings it magnifies, with their errors.
+    pub(super) fn by_magnifier(&self) -> BTreeMap<&InstSite, BTreeMap<&InstSite, f64>> {
+        let mut out: BTreeMap<&InstSite, BTreeMap<&InstSite, f64>> = BTreeMap::new();
+        for ((by, rounds), error) in &self.found {
+            *out.entry(by).or_default().entry(rounds).or_default() += error;
+        }
+        out
+    }
+
+    /// Without the pairs of instructions that pass errors on rather than magnify them.
+    pub(super) fn notable(mut self, places: &BTreeMap<InstSite, Blame>) -> Pairs {
+        self.found.retain(|(by, _), _| places.get(by).is_some_and(|by| by.flips > 0 || by.factor >= NOTABLE));
+        self
     }
 
     /// The partner of an instruction on one side, if at least half of the error of its pairs has to do with
     /// one line. Its instruction is the one of that line with the largest part.
     pub(super) fn partner(&self, side: Side, of: &InstSite, sources: &SourceMap) -> Option<Partner> {
-        let Others { all, lines } = self.others(side, of, sources);
-        let largest = lines.into_iter().max_by(|a, b| a.1.error.total_cmp(&b.1.error).then(b.0.cmp(&a.0)));
-        let ((file, line), Other { error, place, .. }) = largest?;
-        let code = sources.text(place.span).split_whitespace().collect::<Vec<_>>().join(" ");
-        let code = code.chars().take(CODE).collect();
-        (error >= 0.5 * all).then(|| Partner { file, line, code, place: place.clone() })
+        let others = self.others(side, of, sources);
+        let (partner, error) = others.largest(sources)?;
+        (error >= 0.5 * others.all).then_some(partner)
     }
 
-    /// The line that forms what an instruction magnifies, if it is another line: that one has most of the
-    /// error, and the line of the instruction itself less than a tenth.
+    /// The line that forms what an instruction magnifies, if it is another line: no line has more of the
+    /// error, and the line of the instruction itself has less than a tenth.
     pub(super) fn forms(&self, of: &InstSite, sources: &SourceMap) -> Option<Partner> {
-        let partner = self.partner(Side::Rounds, of, sources)?;
         let at = sources.place(of.span)?;
-        let Others { all, lines } = self.others(Side::Rounds, of, sources);
+        let others = self.others(Side::Rounds, of, sources);
+        let (partner, _) = others.largest(sources)?;
         let own = (at.file, at.line);
-        let part = lines.get(&own).map_or(0.0, |line| line.error);
-        ((&partner.file, partner.line) != (&own.0, own.1) && part < 0.1 * all).then_some(partner)
+        let part = others.lines.get(&own).map_or(0.0, |line| line.error);
+        ((&partner.file, partner.line) != (&own.0, own.1) && part < 0.1 * others.all).then_some(partner)
     }
 
     /// The lines on the other side of the pairs of an instruction.
@@ -169,6 +181,19 @@ struct Others<'a> {
     /// The error of all pairs.
     all: f64,
     lines: BTreeMap<(String, u32), Other<'a>>,
+}
+
+impl Others<'_> {
+    /// The line with the largest error, and this error.
+    fn largest(&self, sources: &SourceMap) -> Option<(Partner, f64)> {
+        let by_error = |a: &(&(String, u32), &Other<'_>), b: &(&(String, u32), &Other<'_>)| {
+            a.1.error.total_cmp(&b.1.error).then(b.0.cmp(a.0))
+        };
+        let ((file, line), Other { error, place, .. }) = self.lines.iter().max_by(by_error)?;
+        let code = sources.text(place.span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let code = code.chars().take(CODE).collect();
+        Some((Partner { file: file.clone(), line: *line, code, place: (*place).clone() }, *error))
+    }
 }
 
 struct Other<'a> {

@@ -125,6 +125,9 @@ pub struct Planes {
     pub exact: Vec<Vec<f64>>,
 }
 
+/// Instructions of a point from which on it takes long.
+const LONG: u64 = 4096;
+
 /// A shader under examination.
 pub struct Subject<'a> {
     /// Files and spaces.
@@ -133,14 +136,14 @@ pub struct Subject<'a> {
     pub limits: &'a Limits,
     /// The shader with the given parameter values.
     pub base: Base,
-    /// Number of instructions followed so far.
-    followed: AtomicU64,
+    /// Number of instructions followed so far, and of points.
+    followed: [AtomicU64; 2],
 }
 
 impl<'a> Subject<'a> {
     /// A shader with the given parameter values, before any examination.
     pub fn new(services: &'a Services, base: Base, limits: &'a Limits) -> Subject<'a> {
-        Subject { services, base, limits, followed: AtomicU64::new(0) }
+        Subject { services, base, limits, followed: [AtomicU64::new(0), AtomicU64::new(0)] }
     }
 
     /// Runs points in both arithmetics. `tries` means that this is one of many settings, with a smaller
@@ -174,6 +177,12 @@ impl<'a> Subject<'a> {
         Ok((frame.planes.iter().map(name).collect(), frame.planes.iter().map(|p| p.doubles()).collect()))
     }
 
+    /// Whether a point takes long: it runs thousands of instructions.
+    pub(super) fn is_long(&self) -> bool {
+        let [nodes, points] = self.followed.each_ref().map(|count| count.load(Ordering::Relaxed));
+        nodes > LONG * points.max(1)
+    }
+
     /// Whether the time of the examination is over.
     pub(super) fn is_over(&self) -> bool {
         self.limits.halted().is_some()
@@ -184,12 +193,13 @@ impl<'a> Subject<'a> {
         let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
         let source = OnePoint { source: points, point };
         let running = &self.limits.running;
-        let left = running.traces.saturating_sub(self.followed.load(Ordering::Relaxed));
+        let left = running.traces.saturating_sub(self.followed[0].load(Ordering::Relaxed));
         if left == 0 {
             return None;
         }
         let trace = trace::follow(&base.noted, self.services, source, self.limits);
-        self.followed.fetch_add(trace.nodes.len() as u64, Ordering::Relaxed);
+        self.followed[0].fetch_add(trace.nodes.len() as u64, Ordering::Relaxed);
+        self.followed[1].fetch_add(1, Ordering::Relaxed);
         Some(trace)
     }
 }

@@ -1,5 +1,6 @@
 //! Extreme settings, and the outcome at each.
 
+use super::reach::{Reach, reach};
 use super::subject::{Base, Planes, Subject, Swept};
 pub(super) use crate::explain::percent;
 use crate::explain::short;
@@ -106,6 +107,11 @@ impl Trial {
     /// The largest share of NaN or infinite points among the outputs.
     pub fn not_finite(&self) -> f64 {
         self.outcomes.iter().map(|o| o.nan + o.infinite).fold(0.0, f64::max)
+    }
+
+    /// Whether the points of the setting are right: nearly all are accurate and finite, and the run ended.
+    pub(super) fn is_right(&self) -> bool {
+        self.wrong() <= SAFE && self.not_finite() <= SAFE && self.stopped.is_none()
     }
 }
 
@@ -215,23 +221,19 @@ fn outcomes(planes: &Planes, tolerance: f64) -> Vec<Outcome> {
 /// Decades covered by the sweeps of coordinates and footprints.
 const DECADES: std::ops::RangeInclusive<i32> = -12..=12;
 
-/// Whether the points of a setting are right: nearly all are accurate and finite, and the run ended.
-fn is_right(trial: &Trial) -> bool {
-    trial.wrong() <= SAFE && trial.not_finite() <= SAFE && trial.stopped.is_none()
-}
-
 /// A sweep of one number.
 pub(super) struct Sweep {
     /// The decades.
     pub(super) trials: Vec<Trial>,
     /// The range in which the points are right.
     pub(super) finding: Finding,
-    /// The decade next to that range where they are wrong: above it, or else below it.
+    /// The value next to that range where they are wrong: above it, or else below it.
     pub(super) wrong: Option<f64>,
 }
 
-/// Sweeps one number over all decades, and says in which range around the given setting the points are right.
-/// `given` is the decade of the given setting; `None` if the given setting is 0. `first` is its trial.
+/// Sweeps one number over all decades, and between them near the end of the right ones. Says in which range
+/// around the given setting the points are right. `given` is the decade of the given setting; `None` if the
+/// given setting is 0. `first` is its trial.
 pub(super) fn sweep(
     subject: &Subject<'_>,
     grid: &Grid,
@@ -242,57 +244,45 @@ pub(super) fn sweep(
     let number = |decade: i32| pxfm::f_exp10(f64::from(decade));
     let at = |by: f64| measure(subject, &subject.base, grid, setting(by), tolerance).0;
     let trials: Vec<Trial> = DECADES.map(|decade| at(number(decade))).collect();
-    let right: Vec<(f64, bool)> = DECADES.map(number).zip(trials.iter().map(is_right)).collect();
-    // The border between a right and a wrong number, to within a few percent.
-    let border = |mut right: f64, mut wrong: f64| {
-        while (right / wrong).max(wrong / right) > 1.1 {
-            let middle = (right * wrong).sqrt();
-            if is_right(&at(middle)) { right = middle } else { wrong = middle }
-        }
-        right
-    };
     let mut finding = Finding { sweep: name.to_string(), from: None, limit: None, text: String::new() };
     let [least, most] = [DECADES.start(), DECADES.end()].map(|decade| short(number(*decade), 2));
-    if !is_right(first) {
-        finding.text = match right.iter().filter(|(_, is_right)| *is_right).count() {
+    if !first.is_right() {
+        finding.text = match trials.iter().filter(|trial| trial.is_right()).count() {
             0 => format!("wrong as given, and at every {name} that was tried, from {least} to {most}"),
-            n => format!("wrong as given; right at {n} of the {} tried values of {name}", right.len()),
+            n => format!("wrong as given; right at {n} of the {} tried values of {name}", trials.len()),
         };
         return Sweep { trials, finding, wrong: None };
     }
     let start = given.map_or(0, |decade| (decade - DECADES.start()).max(0) as usize);
-    let (below, above) = right.split_at_checked(start).unwrap_or((&right, &[]));
-    let ends = |mut list: Vec<(f64, bool)>| {
-        let at = list.iter().position(|(_, is_right)| !is_right)?;
-        let wrong = list.swap_remove(at).0;
-        Some((at.checked_sub(1).and_then(|before| list.get(before)).map(|(by, _)| *by), wrong))
-    };
-    // The given setting is right, so the neighbour of a border on its side is right.
-    let origin = given.map(number);
-    let upper = ends(above.to_vec()).map(|(last, wrong)| (last.or(origin), wrong));
-    let lower = ends(below.iter().rev().copied().collect()).map(|(last, wrong)| (last.or(origin), wrong));
-    let end =
-        |found: Option<(Option<f64>, f64)>| found.map(|(last, wrong)| last.map(|last| border(last, wrong)));
-    let (from, to) = (end(lower), end(upper));
-    finding.from = from.flatten();
-    finding.limit = to.flatten();
-    finding.text = match (from.flatten(), to) {
-        (None, None) => format!("right at every {name} from {least} to {most}"),
-        (None, Some(None)) => format!("right as given, and wrong from {name} {least} on"),
-        (None, Some(Some(to))) => format!("right for {name} up to {}", short(to, 2)),
-        (Some(from), None) => format!("right for {name} from {} to {most}", short(from, 2)),
-        (Some(from), Some(to)) => {
-            let to = to.unwrap_or(from);
-            format!("right for {name} from {} to {}", short(from, 2), short(to, 2))
+    let list: Vec<(f64, &Trial)> = DECADES.map(number).zip(&trials).collect();
+    let (below, above) = list.split_at_checked(start).unwrap_or((&list, &[]));
+    let origin = above.first().copied().filter(|_| given.is_some());
+    let below: Vec<(f64, &Trial)> = origin.into_iter().chain(below.iter().rev().copied()).collect();
+    let effort = (tolerance, if subject.is_long() { 4 } else { 1 });
+    let upper = reach(above, true, effort, &at);
+    let lower = given.map(|_| reach(&below, false, effort, &at)).filter(|lower| lower.wrong.is_some());
+    finding.from = lower.as_ref().and_then(Reach::last);
+    finding.limit = upper.last().filter(|_| upper.wrong.is_some());
+    finding.text = match (finding.from, upper.wrong, finding.limit) {
+        (None, None, _) => format!("right at every {name} from {least} to {most}"),
+        (None, Some(wrong), None) => format!("right as given, and wrong at {name} {}", short(wrong, 2)),
+        (None, _, Some(to)) => format!("right for {name} up to {}", short(to, 2)),
+        (Some(from), None, _) => format!("right for {name} from {} to {most}", short(from, 2)),
+        (Some(from), Some(_), to) => {
+            format!("right for {name} from {} to {}", short(from, 2), short(to.unwrap_or(from), 2))
         }
     };
-    let ends = [lower, upper].into_iter().flatten().map(|(_, by)| by);
-    for by in ends {
-        let stopped = right.iter().zip(&trials).find(|((decade, _), _)| *decade == by);
-        if let Some(why) = stopped.and_then(|(_, trial)| trial.stopped.as_ref()) {
+    // Single values between powers of ten may be wrong where points lie on an edge.
+    for (end, way) in lower.iter().map(|end| (end, "down")).chain([(&upper, "up")]) {
+        if let Some(by) = end.decade {
+            finding.text += &format!(", also at the powers of ten {way} to {}", short(by, 2));
+        }
+    }
+    for end in lower.iter().chain([&upper]) {
+        if let (Some(by), Some(why)) = (end.wrong, &end.stopped) {
             finding.text += &format!("; at {name} {} the run stops: {why}", short(by, 2));
         }
     }
-    let wrong = upper.or(lower).map(|(_, wrong)| wrong);
+    let wrong = upper.wrong.or(lower.and_then(|lower| lower.wrong));
     Sweep { trials, finding, wrong }
 }

@@ -20,17 +20,17 @@ pub fn text(repair: &Repair, shader: &str) -> String {
         Some(last) => {
             let _ = writeln!(
                 out,
-                "\nRepair ({}): {}, at {} times the cost:",
+                "\nRepair ({}): {}, {}:",
                 repair.setting,
                 change(&before, &last.errors),
-                short(last.cost, 3)
+                at_cost(last.cost)
             );
             let mut earlier = before;
             for step in &repair.steps {
                 rewrite(shader, step, &mut out);
                 if repair.steps.len() > 1 {
-                    let cost = short(step.cost, 3);
-                    let _ = writeln!(out, "  = {}, at {cost} times the cost", change(&earlier, &step.errors));
+                    let change = change(&earlier, &step.errors);
+                    let _ = writeln!(out, "  = {change}, {}", at_cost(step.cost));
                 }
                 earlier = step.errors;
             }
@@ -84,7 +84,8 @@ fn none(repair: &Repair, shader: &str, out: &mut String) {
     } else if let Some((step, (name, value))) = &repair.harmful {
         let _ = writeln!(
             out,
-            "\nThis one helps with the given values, but with `{name} = {value}` its results differ from those of the original in double precision, where the original is right:"
+            "\nThis one helps with the given values, but with `{name} = {value}` it makes points worse: to more than \
+             twice the error that the original has there:"
         );
         rewrite(shader, step, out);
         if let Some(before) = &repair.before {
@@ -107,10 +108,46 @@ fn rewrite(shader: &str, step: &Step, out: &mut String) {
 
 fn change(before: &Errors, after: &Errors) -> String {
     format!(
-        "the largest error falls from {} to {} of the output's range, their root mean square from {} to {}",
-        short(before.largest, 2),
-        short(after.largest, 2),
-        short(before.rms, 2),
-        short(after.rms, 2)
+        "the largest error {} of the output's range, their root mean square {}",
+        from_to(before.largest, after.largest),
+        from_to(before.rms, after.rms)
     )
+}
+
+/// How a figure changes, as the shown digits have it.
+fn from_to(before: f64, after: f64) -> String {
+    let [from, to] = [before, after].map(|error| short(error, 2));
+    match to {
+        to if to == from => format!("stays at {to}"),
+        to if after > before => format!("rises from {from} to {to}"),
+        to => format!("falls from {from} to {to}"),
+    }
+}
+
+/// A relative cost as the end of a sentence.
+fn at_cost(cost: f64) -> String {
+    match short(cost, 3).as_str() {
+        "1" => "at the same cost".to_string(),
+        cost => format!("at {cost} times the cost"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_figure_falls_stays_or_rises() {
+        let errors = |largest, rms| Errors { largest, rms };
+        let said = "the largest error falls from 0.016 to 0.014 of the output's range, their root mean square \
+                    rises from 0.0026 to 0.0039";
+        assert_eq!(change(&errors(0.016, 0.0026), &errors(0.014, 0.0039)), said);
+        let said = "the largest error stays at 0.00016 of the output's range, their root mean square falls from \
+                    0.0001 to 0.00001";
+        assert_eq!(change(&errors(0.000162, 1e-4), &errors(0.000158, 1e-5)), said);
+        assert_eq!(
+            (at_cost(0.9999), at_cost(1.05)),
+            ("at the same cost".into(), "at 1.05 times the cost".into())
+        );
+    }
 }

@@ -17,6 +17,10 @@ use osl_scene::Grid;
 use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
+/// The error of a wrong point, as a share of the range: the default of the command. Where the original has
+/// wrong points, smaller errors are no harm.
+const WRONG: f64 = 0.01;
+
 /// Harmed points at which the original is followed.
 const FOLLOWED: usize = 8;
 
@@ -30,6 +34,8 @@ struct Variant {
     ranges: Vec<f64>,
     /// For each point the largest error near it.
     near: Vec<f64>,
+    /// The error from which on a point counts as harmed.
+    least: f64,
 }
 
 impl Variant {
@@ -69,7 +75,7 @@ impl<'a> Variants<'a> {
             let Some(strict) = self.run(text, (&variant.name, &variant.value), build, false) else {
                 return true;
             };
-            let harmed = harmed(&variant.errors(&strict), &variant.near, NOTABLE);
+            let harmed = harmed(&variant.errors(&strict), &variant.near, variant.least);
             harmed.len() as f64 > SAFE * self.grid.count() as f64
                 && !self.have_no_meaning(variant, &harmed, build)
         };
@@ -94,8 +100,14 @@ impl<'a> Variants<'a> {
                     truth: truth.into_iter().map(|plane| Some(plane).filter(varies)).collect(),
                     ranges,
                     near: Vec::new(),
+                    least: NOTABLE,
                 };
-                variant.near = around(&variant.errors(&strict), self.grid.width, self.grid.height);
+                let errors = variant.errors(&strict);
+                let wrong = errors.iter().filter(|error| **error > WRONG).count();
+                if wrong as f64 > SAFE * errors.len() as f64 {
+                    variant.least = WRONG;
+                }
+                variant.near = around(&errors, self.grid.width, self.grid.height);
                 out.push(variant);
             }
         }

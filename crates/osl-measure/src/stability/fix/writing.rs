@@ -102,13 +102,33 @@ pub(super) fn with_factors(term: Term, found: &PatternMatch) -> Term {
     short_product(found.factors.iter().cloned().chain([(false, term)]).collect())
 }
 
-/// The negated term; a sum changes the signs of its parts.
+/// The negated term; a sum changes the signs of its parts, and a choice those of its results.
 fn negated(term: Term) -> Term {
-    match &term.head {
-        Head::Sum(_) if term.text.is_none() => {
-            sum(term.items(true).into_iter().map(|(flag, part)| (!flag, part)).collect())
+    match (&term.head, &term.parts[..]) {
+        (Head::Sum(_), _) if term.text.is_none() => {
+            let mut items: Vec<_> = term.items(true).into_iter().map(|(flag, part)| (!flag, part)).collect();
+            // Two parts may change places; the order of more is that of the additions.
+            if items.len() == 2 {
+                items.sort_by_key(|(flag, _)| *flag);
+            }
+            sum(items)
         }
-        _ => negative(term),
+        (Head::Choose, [condition, yes, no]) if term.text.is_none() => {
+            Term::new(Head::Choose, vec![condition.clone(), negated(yes.clone()), negated(no.clone())])
+        }
+        _ => positive(&term).unwrap_or_else(|| negative(term)),
+    }
+}
+
+/// What a term with a leading minus is the negative of.
+fn positive(term: &Term) -> Option<Term> {
+    match (&term.head, &term.parts[..]) {
+        (Head::Sum(flags), [part]) if flags == &[true] => Some(part.clone()),
+        (Head::Product(flags), [first, rest @ ..]) if flags.first() == Some(&false) => {
+            let parts = std::iter::once(positive(first)?).chain(rest.iter().cloned()).collect();
+            Some(Term::new(term.head.clone(), parts))
+        }
+        _ => None,
     }
 }
 
@@ -220,6 +240,12 @@ fn short_sum(items: Vec<(bool, Term)>) -> Term {
     }
     if list.is_empty() {
         return Term::number(0.0);
+    }
+    // What is subtracted as a negative is added.
+    for (flag, term) in list.iter_mut().filter(|(flag, _)| *flag) {
+        if let Some(part) = positive(term) {
+            (*flag, *term) = (false, part);
+        }
     }
     // A part that is not subtracted comes first.
     list.sort_by_key(|(flag, _)| *flag);
@@ -415,6 +441,18 @@ mod tests {
         assert_eq!(rewritten("atan2(x, y)", "x + (1 - (y - 2))", "atan2(p, q)"), "p + (1 - (q - 2))");
         assert_eq!(rewritten("sin(a + b)", "sin(a + wrapped(b))", "sin(p + 7)"), "sin(p + 0.7168147)");
         assert_eq!(rewritten("mod(a + b, c)", "mod(a + mod(b, c), c)", "mod(p + 3000, 1)"), "mod(p, 1)");
+    }
+
+    #[test]
+    fn a_minus_is_not_written_twice() {
+        let quotient = rewritten("exp(a) / exp(b)", "exp(a - b)", "exp(-p * p * q) / exp(-p * p * r)");
+        assert_eq!(quotient, "exp(p * p * r - p * p * q)");
+        let choice = rewritten(
+            "sqrt(a) - b",
+            "b > 0 ? (a - b * b) / (sqrt(a) + b) : sqrt(a) - b",
+            "p - sqrt(p * p - q * q)",
+        );
+        assert!(!choice.starts_with('-'), "{choice}");
     }
 
     #[test]
