@@ -27,7 +27,7 @@ fn made_up() -> Trade {
         setting: setting.into(),
         options: format!("--{}", setting.replace(' ', "-")),
         ns_per_pixel: ns,
-        ns_quartiles: [0.96 * ns, 1.04 * ns],
+        ns_least: 0.96 * ns,
         spread: 0.04,
         speed_up: 50.0 / ns,
         evaluations,

@@ -49,7 +49,7 @@ pub fn html(report: &Report, encode: Encode<'_>) -> String {
     page
 }
 
-const RULES: &str = "figure img{width:192px}\n";
+const RULES: &str = "figure{width:192px}figure img{width:100%}\n";
 
 /// A paragraph for each line.
 fn sentences(text: &str, page: &mut String) {

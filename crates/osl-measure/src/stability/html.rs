@@ -44,7 +44,7 @@ pub fn html(examined: &Examined, (width, height): (usize, usize), repair: Option
     if let Some(text) = repair {
         // Line by line: an escaped text has no line ends.
         let lines: Vec<String> = text.trim().lines().map(escape).collect();
-        let _ = writeln!(out, "<h2>Repair</h2><pre>{}</pre>", lines.join("\n"));
+        let _ = writeln!(out, "<h2>Repair</h2><pre class=said>{}</pre>", lines.join("\n"));
     }
     for (name, axis) in [
         ("offset", "offset that is added to the coordinates"),
@@ -53,12 +53,15 @@ pub fn html(examined: &Examined, (width, height): (usize, usize), repair: Option
     ] {
         curve(report, (name, axis), &mut out);
     }
-    let _ = writeln!(
-        out,
-        "<h2>Digits lost</h2><p>Black: none; white: {WHITE} or more, which is all that a float has. u grows to the right, v \
-         downwards.</p>"
-    );
-    maps("as given", &examined.given, (width, height), &mut out);
+    // A run that was stopped has no values.
+    if !examined.given.names.is_empty() {
+        let _ = writeln!(
+            out,
+            "<h2>Digits lost</h2><p>Black: none; white: {WHITE} or more, which is all that a float has. u grows to the right, v \
+             downwards.</p>"
+        );
+        maps("as given", &examined.given, (width, height), &mut out);
+    }
     if let Some((by, planes)) = &examined.far {
         maps(&Setting::Offset { by: *by }.text(), planes, (width, height), &mut out);
     }
@@ -66,7 +69,7 @@ pub fn html(examined: &Examined, (width, height): (usize, usize), repair: Option
     out
 }
 
-const RULES: &str = ".map{border:1px solid #9aa4b2;max-width:100%;height:auto}\n";
+const RULES: &str = ".said{white-space:pre-wrap}.map{border:1px solid #9aa4b2;max-width:100%;height:auto}\n";
 
 /// The number of lost digits that is white, here and in a picture of lost digits.
 pub const WHITE: f32 = 8.0;

@@ -17,7 +17,7 @@ pub fn html(trade: &Trade, encode: Encode<'_>) -> String {
         page,
         "<h1>{name}: speed and accuracy</h1>\
          <p>{}×{} pixels. Errors are against {} samples a pixel ({}), whose own standard error is subtracted. Times are \
-         medians of {} interleaved rounds, and the spread is half of what lies between the quartiles. Filled dots and marked \
+         medians of {} interleaved rounds, and the spread is how far the fastest round is below. Filled dots and marked \
          rows are the front: none of them is better than another one without being worse too, and for each other setting \
          there is one of them that is not worse; differences within the spread of the times do not count.</p>",
         trade.size.0,
@@ -59,7 +59,7 @@ impl Labels {
     /// The position of a dot's name, if there is room for it.
     fn place(&mut self, x: f64, y: f64, letters: usize) -> Option<(f64, f64)> {
         let width = 6.0 * letters as f64;
-        let beside = [(7.0, 3.5), (-width - 7.0, 3.5), (7.0, -7.0), (7.0, 14.0), (-width - 7.0, -7.0)];
+        let beside = [(7.0, 3.5), (-width - 7.0, 3.5), (7.0, -8.0), (7.0, 15.0), (-width - 7.0, -8.0)];
         let free = |(left, base): &(f64, f64)| {
             let own = [*left, left + width, base - 9.0, base + 2.0];
             let apart = |other: &[f64; 4]| {
@@ -191,7 +191,7 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
         let class = if output.front.contains(&at) { " class=\"front\"" } else { "" };
         let _ = write!(
             page,
-            "<tr{class}><td>{}, {}</td><td>{:.1}</td><td>±{:.0} %</td><td>{:.2}×</td><td>{:.3}</td><td>{:.1e}</td>\
+            "<tr{class}><td>{}, {}</td><td>{:.1}</td><td>{:.0} %</td><td>{:.2}×</td><td>{:.3}</td><td>{:.1e}</td>\
              <td>{:.2} %</td><td>{:.1e}</td><td>{:.2} %</td><td>{:.1e}</td></tr>",
             escape(&row.variant),
             escape(&row.setting),

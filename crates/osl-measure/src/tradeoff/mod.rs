@@ -151,9 +151,9 @@ pub struct Row {
     pub options: String,
     /// Median time of a pixel.
     pub ns_per_pixel: f64,
-    /// The times of a pixel that a quarter of the rounds stay below, and that a quarter exceed.
-    pub ns_quartiles: [f64; 2],
-    /// Half the distance between these two, as a share of the median.
+    /// The time of a pixel in the fastest round.
+    pub ns_least: f64,
+    /// How far that is below the median, as a share of the median.
     pub spread: f64,
     /// Speed relative to one sample per pixel.
     pub speed_up: f64,
@@ -315,32 +315,26 @@ fn time(tried: &mut [SettingRun<'_, '_>], seconds: f64) -> Result<usize, RunErro
 
 fn rows(tried: &[SettingRun<'_, '_>], size: (usize, usize)) -> Vec<Row> {
     let scale = 1e9 / (size.0 * size.1).max(1) as f64;
-    let median = |one: &SettingRun<'_, '_>| quantile(&one.times, 0.5);
+    let median = |one: &SettingRun<'_, '_>| {
+        let mut sorted = one.times.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+    };
     let plain = tried.iter().find(|one| one.setting == Setting::Samples(1)).map_or(f64::NAN, median);
     let row = |one: &SettingRun<'_, '_>| {
-        let [low, middle, high] = [0.25, 0.5, 0.75].map(|share| quantile(&one.times, share));
+        let (least, middle) = (one.times.iter().copied().fold(f64::INFINITY, f64::min), median(one));
         Row {
             variant: one.variant.name.clone(),
             setting: one.setting.to_string(),
             options: advice::options(&one.variant.name, one.setting),
             ns_per_pixel: scale * middle,
-            ns_quartiles: [scale * low, scale * high],
-            spread: 0.5 * (high - low) / middle,
+            ns_least: scale * least,
+            spread: (middle - least) / middle,
             speed_up: plain / middle,
             evaluations: one.image.as_ref().map_or(0.0, |image| image.tally.per_pixel()),
         }
     };
     tried.iter().map(row).collect()
-}
-
-/// The time that a share of the times stays below, interpolated between two of them; NaN without any.
-fn quantile(times: &[f64], share: f64) -> f64 {
-    let mut sorted = times.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let place = share * sorted.len().saturating_sub(1) as f64;
-    let at = |place: f64| sorted.get(place as usize).copied().unwrap_or(f64::NAN);
-    let (below, above) = (at(place.floor()), at(place.ceil()));
-    below + (above - below) * place.fract()
 }
 
 fn judge(
@@ -403,17 +397,4 @@ fn picture(values: &[Vec<f32>], truth: &[Vec<f32>], width: usize) -> Picture {
 /// A pattern with more samples than any setting of the ladder needs.
 pub fn pattern() -> Pattern {
     Pattern::new(256, 0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_slow_round_does_not_widen_the_spread() {
-        let times = [4.0, 1.0, 2.0, 900.0, 3.0];
-        assert_eq!([0.25, 0.5, 0.75].map(|share| quantile(&times, share)), [2.0, 3.0, 4.0]);
-        assert_eq!([0.25, 0.5, 0.75].map(|share| quantile(&[1.0, 2.0, 4.0], share)), [1.5, 2.0, 3.0]);
-        assert!(quantile(&[], 0.5).is_nan());
-    }
 }

@@ -217,24 +217,34 @@ fn commands_of_pictures_write_them() {
                 continue;
             };
             let (command, after) = rest.split_once("</code>").unwrap();
-            let picture = dir.path().join("one.png").display().to_string();
+            let folder = tempfile::tempdir().unwrap();
+            let picture = folder.path().join("one.png").display().to_string();
             let mut words = typed(command);
             assert_eq!((&*words.remove(0), words.pop().as_deref()), ("oslrun", Some("picture.png")));
             let words: Vec<&str> = words.iter().map(String::as_str).chain([&*picture]).collect();
             let (code, _, err) = oslrun(&words);
             assert_eq!(code, 0, "{command}: {err}");
-            let written = read_image(Path::new(&picture)).unwrap();
+            // Of two files, the second one has the points that get to the line.
+            let files = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path());
+            let mut files: Vec<PathBuf> = files.collect();
+            files.sort_by_key(|file| file.as_os_str().len());
+            assert_eq!(
+                files.len(),
+                1 + usize::from(after.contains("writes two files")),
+                "{command}: {files:?}"
+            );
+            let written = read_image(&files[0]).unwrap();
             let (_, url) = before.split_once("data:image/png;base64,").unwrap();
             let url = url.split_once('"').unwrap().0;
             let shown = decode(&base64::engine::general_purpose::STANDARD.decode(url).unwrap());
             assert_eq!((written.width, written.height), (shown.width, shown.height), "{command}");
-            if after.starts_with(" <span>writes the values: ") {
+            if after.starts_with(" <span>shows the values: ") {
                 different += 1;
                 continue;
             }
             same += 1;
             let mask = (shown.channels.len() % 2 == 0).then(|| shown.plane(shown.channels.len() - 1));
-            for channel in 0..shown.channels.len().min(3) {
+            for channel in 0..shown.channels.len() - usize::from(mask.is_some()) {
                 // A picture of three equal components is grey.
                 let written = written.plane(channel.min(written.channels.len() - 1));
                 for (at, (a, b)) in shown.plane(channel).iter().zip(written).enumerate() {
@@ -244,7 +254,7 @@ fn commands_of_pictures_write_them() {
             }
         }
     }
-    assert!(same > 30 && different > 3, "{same} {different}");
+    assert!(same > 20 && different > 3, "{same} {different}");
 }
 
 #[test]
@@ -265,7 +275,7 @@ fn what_has_no_picture_is_said() {
     let page =
         book_of("shader s(output matrix m = 1, output string t = \"\", output float r = 0) { r = u; }", &[]);
     assert!(page.contains("<b>m</b> <span class=dim>a matrix has no picture"), "{page}");
-    assert!(page.contains("<b>t</b> <span class=dim>a string has no picture"), "{page}");
+    assert!(!page.contains("<b>t</b>"), "numbers alone are outputs of a picture");
     assert!(page.contains("Matrices, strings and closures have no picture."), "{page}");
 }
 

@@ -82,7 +82,7 @@ background:repeating-linear-gradient(45deg,var(--a) 0 3px,var(--b) 3px 6px)}\n\
 .w{color:var(--w);font:12px/1.4 system-ui,sans-serif;display:block}.e{color:var(--e)}\n\
 .wide{overflow-x:auto}.params td{border-top:1px solid var(--rule);font-size:13px}\
 .params td:nth-child(n+3){overflow-wrap:anywhere}code{font:12px ui-monospace,monospace;overflow-wrap:anywhere}\n\
-@media screen and (max-width:40rem){.src tr{display:grid;grid-template-columns:6px 6px 2.6rem 1fr}.src .code{width:auto}\
+@media screen and (max-width:40rem){.src,.src tbody{display:block}.src colgroup{display:none}.src tr{display:grid;grid-template-columns:6px 6px 2.6rem 1fr}.src .no,.src .code{width:auto}\
 .src td:last-child,.src th:last-child{grid-column:1/-1}}\n\
 @media print{body{max-width:none;margin:0;font-size:11px}tr,figure{break-inside:avoid}.src .has td{background:none}\
 .m{print-color-adjust:exact;-webkit-print-color-adjust:exact}details{display:none}}\n";
@@ -179,7 +179,10 @@ fn command(figure: &Figure, book: &Book<'_>, page: &mut String) {
     let command = format!("{} --tap {tap}{} -o picture.png", book.tapping, typed.options);
     let _ = write!(page, "<details><summary>command</summary><code>{}</code>", escape(&command));
     if !typed.differs.is_empty() {
-        let _ = write!(page, " <span>writes the values: {}</span>", escape(&typed.differs));
+        let _ = write!(page, " <span>shows the values: {}</span>", escape(&typed.differs));
+    }
+    if typed.has_mask {
+        page.push_str(" <span>writes two files: the second one is white at the points that get there</span>");
     }
     page.push_str("</details>");
 }

@@ -126,7 +126,8 @@ impl Pictures<'_> {
         let mut times = vec![self.results.values(&set.tap)?];
         let rounds = set.rounds.iter().map_while(|tap| self.results.values(tap));
         times.extend(rounds.take_while(Values::has_points));
-        let shown = show::show(set.tap.ty, &times);
+        let mut shown = show::show(set.tap.ty, &times);
+        shown.typed.has_mask = !self.results.planes(&set.tap.mask).is_empty();
         let tap = set.wanted.to_string();
         Some(Figure { tap, ..self.figure(set.wanted.variable_path(), set.tap.ty, shown) })
     }

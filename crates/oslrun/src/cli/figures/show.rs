@@ -28,6 +28,8 @@ pub(in crate::cli) struct Typed {
     pub(in crate::cli) options: String,
     /// In which way its picture differs; empty if it does not.
     pub(in crate::cli) differs: String,
+    /// Whether it writes a second file with the points that get to the line.
+    pub(in crate::cli) has_mask: bool,
 }
 
 impl Shown {
@@ -257,7 +259,7 @@ impl Map {
             let start = if differs.is_empty() { "in its picture" } else { &format!("{differs}, and") };
             differs = format!("{start} NaN is black, and infinity black or white");
         }
-        Typed { options, differs }
+        Typed { options, differs, has_mask: false }
     }
 
     /// The planes of a picture.
