@@ -107,7 +107,8 @@ fn arithmetics(trade: &Trade, output: &Output) -> String {
         let mut times: Vec<f64> = pairs.iter().map(|(strict, own)| cost(*own) / cost(*strict)).collect();
         times.sort_by(f64::total_cmp);
         let times = times.get(times.len() / 2).copied().unwrap_or(1.0);
-        let is_open = !(faster || slower) && !(1.0 / NOTABLE..=NOTABLE).contains(&times);
+        let is_alike = (1.0 / NOTABLE..=NOTABLE).contains(&times);
+        let is_open = !(faster || slower || is_alike);
         let speed = match (faster, slower) {
             (true, _) => format!("is {:.1} times as fast here", 1.0 / times),
             (_, true) => format!("takes {times:.1} times as long here"),

@@ -28,6 +28,8 @@ const ROUNDING = "rounding";
 
 let state = readFragment();
 let shader = null;
+/** What the place of an explanation says without one. */
+const hint = at("explanation").firstElementChild;
 
 const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line), revealLine);
 const editor = new Editor({
@@ -256,7 +258,7 @@ function showNothing() {
   showSheet();
   source.values([]);
   at("printed").hidden = true;
-  at("explanation").replaceChildren(element("p", { class: "dim" }, "There is no picture: the file has errors."));
+  at("explanation").replaceChildren(hint);
 }
 
 /** Whether there are outputs and parameters to choose. */
