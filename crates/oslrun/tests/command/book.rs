@@ -243,7 +243,7 @@ fn commands_of_pictures_write_them() {
                 continue;
             }
             same += 1;
-            let mask = (shown.channels.len() % 2 == 0).then(|| shown.plane(shown.channels.len() - 1));
+            let mask = shown.channels.len().is_multiple_of(2).then(|| shown.plane(shown.channels.len() - 1));
             for channel in 0..shown.channels.len() - usize::from(mask.is_some()) {
                 // A picture of three equal components is grey.
                 let written = written.plane(channel.min(written.channels.len() - 1));
