@@ -8,6 +8,7 @@ pub mod bounds;
 pub mod explain;
 pub mod lod;
 pub mod markup;
+pub mod page;
 pub mod quote;
 pub mod range;
 pub mod sample;

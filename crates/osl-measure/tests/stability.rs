@@ -60,10 +60,39 @@ fn the_planted_line_is_blamed_first() {
 #[test]
 fn a_report_reads_like_this() {
     let text = std::fs::read_to_string(folder().join("large_offset_floor.osl")).unwrap();
-    let examined = examine("large_offset_floor.osl", &text, &[]);
+    let mut examined = examine("large_offset_floor.osl", &text, &[]);
     insta::assert_snapshot!(stability::text::text(&examined.report, false));
-    let html = stability::html::html(&examined, 64, 64);
+    examined.far = Some((1000.0, examined.given.clone()));
+    let html = stability::html::html(&examined, (64, 64), Some("\nRepair: `a < b`\n  - old\n"));
     assert!(html.contains("<svg") && html.contains("floor(x * 1.01)"));
+    for part in [
+        "<title>large_offset_floor.osl: numerical stability</title>",
+        "Points are wrong that are off by more than 0.01 of the range.",
+        "<h2>Repair</h2><pre class=said>Repair: `a &lt; b`\n  - old</pre>",
+        "<h3>offset 1e3</h3>",
+        ">offset that is added to the coordinates</text>",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    let unnamed = html.matches("<svg").count() - html.matches("role=\"img\" aria-label=").count();
+    assert_eq!(unnamed, 0, "every picture has a name");
+}
+
+/// The page says what the text says about the time.
+#[test]
+fn a_page_says_what_was_not_examined() {
+    let mut examined = examine("s.osl", "shader s(output float r = 0) { r = u; }", &[]);
+    let page = |examined: &Examined| stability::html::html(examined, (64, 64), None);
+    assert!(page(&examined).contains("<p>Nothing to blame.</p>") && !page(&examined).contains("--budget"));
+    examined.report.not_examined = vec!["offset".to_string(), "some lines".to_string()];
+    let (page, text) = (page(&examined), stability::text::text(&examined.report, false));
+    for part in [
+        "was over (--budget) before these were examined: offset, some lines",
+        "before lines could be blamed.",
+    ] {
+        assert!(text.contains(part) && page.contains(part), "{part}: {text}");
+    }
+    assert!(!page.contains("Nothing to blame"));
 }
 
 #[test]

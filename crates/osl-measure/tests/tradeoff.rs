@@ -27,6 +27,7 @@ fn made_up() -> Trade {
         setting: setting.into(),
         options: format!("--{}", setting.replace(' ', "-")),
         ns_per_pixel: ns,
+        ns_least: 0.96 * ns,
         spread: 0.04,
         speed_up: 50.0 / ns,
         evaluations,
@@ -73,7 +74,7 @@ fn the_page_needs_nothing_else() {
         assert_eq!((width, height, planes.len()), (2, 2, 3));
         Some(format!("data:,{:?}", planes[0]))
     });
-    assert!(!page.contains("http") && !page.contains("<script"));
+    assert!(!page.contains("://") && !page.contains("<script"));
     assert!(page.contains("edges&lt;1&gt;"));
     insta::assert_snapshot!("page", page.replace("><", ">\n<"));
 }

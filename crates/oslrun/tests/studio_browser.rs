@@ -44,6 +44,44 @@ fn picture_of(words: &[String]) -> Vec<u8> {
     read_image(Path::new(&file)).unwrap().samples.iter().map(|x| (x * 255.0).round() as u8).collect()
 }
 
+/// A file with errors shows nothing of the file before it, and no control changes what it does not have.
+#[test]
+fn another_file_with_errors_has_no_picture_and_no_controls() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("lines.osl"), LINES).unwrap();
+    std::fs::write(folder.path().join("wrong.osl"), "shader s(float k = 1) { float d = ; }").unwrap();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "32x32"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let choose = |name: &str| {
+        browser.run(&format!(
+            "const file = document.getElementById('file');
+             file.value = '{name}';
+             file.dispatchEvent(new Event('change'))"
+        ));
+    };
+    browser.run("document.getElementById('picture').dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' }))");
+    browser.wait("document.querySelector('#explanation table')");
+    choose("wrong.osl");
+    browser.wait("document.getElementById('status').textContent === 'errors'");
+    let is_empty = browser.run(
+        "const canvas = document.getElementById('picture');
+         const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+         return data.every((byte) => byte === 0) && !document.querySelector('#explanation table, #source .value, .parameter')
+             && ['random', 'reset', 'output'].every((name) => document.getElementById(name).disabled)",
+    );
+    assert_eq!(is_empty, true);
+    browser.run("document.getElementById('random').click()");
+    choose("lines.osl");
+    browser.wait(IDLE);
+    let is_back =
+        "return document.querySelector('.parameter') && !document.getElementById('random').disabled";
+    assert_eq!(browser.run(is_back), true);
+    assert_eq!(params(&browser), Vec::<String>::new());
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 /// The value as a browser has it: all numbers are of one type.
 fn plain(value: &Value) -> Value {
     match value {

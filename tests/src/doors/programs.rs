@@ -136,7 +136,7 @@ pub fn told(bytes: &[u8]) -> u64 {
         "<svg onload=x>\u{1b}[31m",
     );
     stability::text::text(&examined.report, true);
-    let page = stability::html::html(&examined, 2, 2);
+    let page = stability::html::html(&examined, (2, 2), None);
     assert!(!page.contains("<svg onload"), "the page holds the name of the shader as it is");
     // The search compiles up to a few hundred programs.
     if body.values.len() < REPAIRED && hash(bytes).is_multiple_of(16) {

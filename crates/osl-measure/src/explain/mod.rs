@@ -21,7 +21,7 @@ pub use cost::{Cost, cost, table};
 pub use derivatives::{Derivatives, ValueOrigin, derivatives};
 pub use lines::explain;
 pub use narrow::Selection;
-pub(crate) use show::{percent, short};
+pub(crate) use show::{percent, plain, short};
 pub(crate) use value::json_of;
 pub use value::{Shown, digits};
 

@@ -54,6 +54,15 @@ pub(crate) fn short(x: f64, digits: usize) -> String {
     trimmed(&format!("{x:.places$}")).to_string()
 }
 
+/// The same without an exponent below a million.
+pub(crate) fn plain(x: f64, digits: usize) -> String {
+    let text = short(x, digits);
+    if !(1.0..1e6).contains(&x.abs()) {
+        return text;
+    }
+    text.parse::<f64>().map_or(text, |rounded| rounded.to_string())
+}
+
 /// A share as a percentage.
 pub(crate) fn percent(share: f64) -> String {
     let percent = share * 100.0;
@@ -81,5 +90,6 @@ mod tests {
             assert_eq!(short(x, 6), text);
         }
         assert_eq!(short(f64::NAN, 6), "NaN");
+        assert_eq!([173.2, 8.24, -2817.0, 1.0e7].map(|x| plain(x, 2)), ["170", "8.2", "-2800", "1e7"]);
     }
 }

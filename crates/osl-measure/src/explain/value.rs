@@ -89,7 +89,8 @@ pub(crate) fn json_of(value: &Const) -> serde_json::Value {
 }
 
 impl Serialize for Shown {
-    /// `value` and `exact`: a number, an array of numbers, or a text; and `digits`.
+    /// `value` and `exact`: a number, an array of numbers, or a text; and `digits`. The text of a closure is
+    /// marked by `closure`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let value = match (&self.closure, &self.strict) {
             (Some(text), _) => text.as_str().into(),
@@ -105,10 +106,14 @@ impl Serialize for Shown {
             (_, Some(Exact::Str(text))) => text.to_string().into(),
             (_, Some(Exact::Closure(_)) | None) => serde_json::Value::Null,
         };
-        let mut fields = serializer.serialize_struct("Shown", 3)?;
+        let is_closure = self.closure.is_some();
+        let mut fields = serializer.serialize_struct("Shown", 3 + usize::from(is_closure))?;
         fields.serialize_field("value", &value)?;
         fields.serialize_field("exact", &exact)?;
         fields.serialize_field("digits", &self.digits)?;
+        if is_closure {
+            fields.serialize_field("closure", &true)?;
+        }
         fields.end()
     }
 }

@@ -2,41 +2,42 @@
 //! side, and the fronts.
 
 use super::report::{MANY, Picture, Report};
-use super::text::text;
-use crate::explain::short;
+use super::text::{Parts, parts};
+use super::words::percent;
+use crate::explain::plain;
 use crate::markup::escape;
+use crate::page::{END, REPORT, prose, start};
 use crate::tradeoff::Encode;
 use std::fmt::Write;
 
 /// The page.
 pub fn html(report: &Report, encode: Encode<'_>) -> String {
-    let mut page = String::from(HEAD);
-    let name = escape(&report.name);
-    let _ = write!(
-        page,
-        "<title>{name}: levels of detail</title></head><body><h1>{name}: levels of detail</h1><pre>{}</pre>",
-        text(report).lines().map(escape).collect::<Vec<String>>().join("\n")
-    );
+    let title = format!("{}: levels of detail", report.name);
+    let mut page = start(&title, &[REPORT, RULES]);
+    let _ = write!(page, "<h1>{}</h1>", escape(&title));
+    let Parts { before, rows, after } = parts(report);
+    sentences(&before, &mut page);
+    if let Some((titles, rows)) = rows.split_first() {
+        table(titles, rows.iter().map(|row| (false, row.to_vec())), &mut page);
+    }
+    sentences(&after, &mut page);
+    if !report.rows.is_empty() {
+        page.push_str("<p>Below, marked rows are the front: nothing else is as cheap and as close.</p>");
+        shown_outputs(report, &mut page);
+    }
     for row in &report.rows {
         let _ = write!(page, "<h2>Footprint {}</h2>", row.footprint);
-        let own = report.pictures.iter().filter(|picture| picture.footprint == row.footprint);
-        own.for_each(|picture| side_by_side(picture, encode, &mut page));
-        page.push_str(
-            "<table><tr><th>way</th><th>cost in additions</th><th>error of the worst output</th></tr>",
-        );
-        for way in &row.front {
-            let _ = write!(
-                page,
-                "<tr{}><td>{}</td><td>{}</td><td>{} %</td></tr>",
-                if way.is_best { " class=\"front\"" } else { "" },
-                escape(&way.name),
-                short(way.cost, 3),
-                short(100.0 * way.error, 2)
-            );
+        let mut own = report.pictures.iter().filter(|picture| picture.footprint == row.footprint).peekable();
+        if own.peek().is_none() && report.cut_short {
+            page.push_str("<p>No pictures: the time was over (--budget).</p>");
         }
-        page.push_str("</table>");
+        own.for_each(|picture| side_by_side(picture, encode, &mut page));
+        let ways = row
+            .front
+            .iter()
+            .map(|way| (way.is_best, vec![way.name.clone(), plain(way.cost, 3), percent(way.error)]));
+        table(&["way", "cost in additions", "error of the worst output"], ways, &mut page);
     }
-    page.push_str("<p>Marked rows are the front: nothing else is as cheap and as close.</p>");
     if let Some(source) = &report.text {
         page.push_str("<h2>The written shader</h2><pre>");
         for line in source.lines() {
@@ -44,25 +45,51 @@ pub fn html(report: &Report, encode: Encode<'_>) -> String {
         }
         page.push_str("</pre>");
     }
-    page.push_str("</body></html>\n");
+    page.push_str(END);
     page
 }
 
-const HEAD: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><style>\
-body{font:14px/1.45 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem;color:#1c2430;background:#fff}\
-h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}\
-pre{font:12px/1.4 ui-monospace,monospace;overflow-x:auto;background:#f6f8fb;padding:.6rem}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin-top:.6rem}td,th{padding:.15rem .7rem;text-align:right}\
-td:first-child,th:first-child{text-align:left}tr.front{background:#eef4ff;font-weight:600}\
-figure{display:inline-block;margin:.4rem 1rem 0 0}figcaption{font-size:12px}img{image-rendering:pixelated;width:192px}</style>\n";
+const RULES: &str = "figure{width:192px}figure img{width:100%}\n";
+
+/// A paragraph for each line.
+fn sentences(text: &str, page: &mut String) {
+    for line in text.lines().filter(|line| !line.trim().is_empty()) {
+        let _ = write!(page, "<p>{}</p>", prose(line.trim()));
+    }
+}
+
+/// A table; a row says whether it is marked.
+fn table(titles: &[impl AsRef<str>], rows: impl Iterator<Item = (bool, Vec<String>)>, page: &mut String) {
+    let cells = |name: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
+        cells.map(|cell| format!("<{name}>{}</{name}>", escape(cell))).collect()
+    };
+    let titles = cells("th", &mut titles.iter().map(AsRef::as_ref));
+    let _ = write!(page, "<div class=wide><table><tr>{titles}</tr>");
+    for (is_marked, row) in rows {
+        let class = if is_marked { " class=front" } else { "" };
+        let _ = write!(page, "<tr{class}>{}</tr>", cells("td", &mut row.iter().map(String::as_str)));
+    }
+    page.push_str("</table></div>");
+}
+
+/// Says of which outputs there are pictures, if some have none.
+fn shown_outputs(report: &Report, page: &mut String) {
+    let has_picture = |name: &&String| report.pictures.iter().any(|picture| picture.output == **name);
+    let shown: Vec<&str> = report.outputs.iter().filter(has_picture).map(String::as_str).collect();
+    if !shown.is_empty() && shown.len() < report.outputs.len() {
+        let (some, all) = (shown.len(), report.outputs.len());
+        let _ =
+            write!(page, "<p>Pictures show {some} of the {all} outputs: {}.</p>", escape(&shown.join(", ")));
+    }
+}
 
 fn side_by_side(picture: &Picture, encode: Encode<'_>, page: &mut String) {
-    let many = format!("{}, {} samples", picture.output, MANY);
-    let names = [many, "original, 1 sample".to_string(), "with levels, 1 sample".to_string()];
+    let ways =
+        [format!("{MANY} samples"), "original, 1 sample".to_string(), "with levels, 1 sample".to_string()];
     page.push_str("<div>");
-    for (planes, name) in picture.images.iter().zip(names) {
+    for (planes, way) in picture.images.iter().zip(ways) {
         if let Some(url) = encode(picture.size, picture.size, planes) {
-            let name = escape(&name);
+            let name = escape(&format!("{}: {way}", picture.output));
             let _ = write!(
                 page,
                 "<figure><img alt=\"{name}\" src=\"{url}\"><figcaption>{name}</figcaption></figure>"
@@ -70,4 +97,93 @@ fn side_by_side(picture: &Picture, encode: Encode<'_>, page: &mut String) {
         }
     }
     page.push_str("</div>");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lod::Errors;
+    use crate::lod::report::{Front, Row};
+
+    fn row(footprint: f64, ns: Option<[f64; 2]>) -> Row {
+        let errors = |worst: f64| Errors { outputs: Vec::new(), worst };
+        let front = |name: &str, is_best| Front { name: name.into(), cost: 2817.0, error: 1.732, is_best };
+        Row {
+            footprint,
+            width: footprint,
+            original: errors(1.732),
+            written: errors(0.2),
+            equal_samples: 281.7,
+            most: 4096,
+            ns,
+            cheaper: ns.map(|_| 281.7),
+            front: vec![front("original", true), front("level 1", false)],
+        }
+    }
+
+    fn report(rows: Vec<Row>, pictures: &[&str]) -> Report {
+        let picture = |output: &&str| Picture {
+            output: (*output).to_string(),
+            footprint: 1.0,
+            size: 1,
+            images: [vec![vec![0.5]], vec![vec![0.5]], vec![vec![0.5]]],
+        };
+        Report {
+            name: "a<b".into(),
+            coordinate: "P".into(),
+            width: 0.1,
+            samples: 1,
+            tolerance: 0.004,
+            seed: 1,
+            reference_samples: 64,
+            outputs: ["a", "b", "c"].map(str::to_string).to_vec(),
+            cost: 2817.0,
+            faded_noise: 0,
+            noise_widths: Default::default(),
+            soft_edges: 0,
+            levels: Vec::new(),
+            why: vec!["take `--samples 4`".into()],
+            text: (!rows.is_empty()).then(|| "shader".to_string()),
+            rows,
+            tried: 1,
+            cut_short: false,
+            pictures: pictures.iter().map(picture).collect(),
+        }
+    }
+
+    fn page(report: &Report) -> String {
+        html(report, &|_, _, _| Some("data:,".to_string()))
+    }
+
+    #[test]
+    fn numbers_have_no_needless_exponents_and_pictures_have_names() {
+        let page = page(&report(vec![row(1.0, Some([1234.0, 9.0]))], &["a", "b"]));
+        assert!(
+            page.contains("<td>170 %</td>") && page.contains("<td>280</td>") && !page.contains("e2"),
+            "{page}"
+        );
+        assert!(page.contains("alt=\"b: with levels, 1 sample\""), "{page}");
+        assert!(page.contains("<p>Pictures show 2 of the 3 outputs: a, b.</p>"), "{page}");
+        assert!(page.contains("<tr class=front><td>original</td><td>2820</td>"), "{page}");
+    }
+
+    #[test]
+    fn what_is_missing_is_said() {
+        let mut report = report(vec![row(1.0, Some([5.0, 4.0])), row(4.0, None)], &[]);
+        report.cut_short = true;
+        let said = "The time was over (--budget) before these were measured: the errors and times at footprint 16, 64, 256; \
+                    the times at footprint 4.";
+        assert!(
+            page(&report).contains(said) && crate::lod::text(&report).contains(said),
+            "{}",
+            page(&report)
+        );
+        assert_eq!(page(&report).matches("No pictures: the time was over").count(), 2);
+    }
+
+    #[test]
+    fn a_page_without_levels_has_no_front() {
+        let page = page(&report(Vec::new(), &[]));
+        assert!(!page.contains("front:") && page.contains("<code>--samples 4</code>"), "{page}");
+    }
 }

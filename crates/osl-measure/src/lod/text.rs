@@ -1,19 +1,46 @@
 //! The report as text. This module must not know how levels are found.
 
+use super::SHOWN;
 use super::report::{Level, Report, Row};
 use super::words::{percent, samples};
-use crate::explain::short;
+use crate::explain::{plain, short};
 use std::fmt::Write;
 
 /// The report as text: the levels, and a table by footprint.
 pub fn text(report: &Report) -> String {
+    let Parts { mut before, rows, after } = parts(report);
+    for row in rows {
+        let [a, b, c, d, e, f, g] = row;
+        let _ = writeln!(before, "{a:>9}  {b:>17}  {c:>14}  {d:>16}  {e:>11}  {f:>10}  {g:>12}");
+    }
+    before + &after
+}
+
+/// The parts of the report: sentences, the rows of the table with their titles first, and sentences.
+pub(super) struct Parts {
+    pub(super) before: String,
+    pub(super) rows: Vec<[String; 7]>,
+    pub(super) after: String,
+}
+
+const TITLES: [&str; 7] = [
+    "footprint",
+    "error of 1 sample",
+    "with levels",
+    "equal samples",
+    "ns original",
+    "ns levels",
+    "times cheaper",
+];
+
+pub(super) fn parts(report: &Report) -> Parts {
     let mut out = String::new();
     if report.text.is_none() {
         let _ = writeln!(out, "{}: no simpler level up to footprint 256", report.name);
         for why in &report.why {
             let _ = writeln!(out, "  {why}");
         }
-        return out;
+        return Parts { before: out, rows: Vec::new(), after: String::new() };
     }
     let _ = writeln!(
         out,
@@ -49,33 +76,38 @@ pub fn text(report: &Report) -> String {
     let most = report.rows.iter().map(|row| row.most).max().unwrap_or(0);
     let _ = writeln!(
         out,
-        "\nErrors are root mean squares over pixels, of the worst output, as shares of its range, at points that were not \
-         used to\nfind the levels, against {} of the original.\n",
+        "\nErrors are root mean squares over pixels, of the worst output, as shares of its range.\nThey are measured at points that \
+         were not used to find the levels, against {} of the original.\n",
         samples(report.reference_samples)
     );
-    let _ = writeln!(
-        out,
-        "{:>9}  {:>17}  {:>14}  {:>16}  {:>11}  {:>10}  {:>12}",
-        "footprint",
-        "error of 1 sample",
-        "with levels",
-        "equal samples",
-        "ns original",
-        "ns levels",
-        "times cheaper"
-    );
-    for row in &report.rows {
-        row_line(row, &mut out);
-    }
-    let _ = writeln!(
-        out,
+    let mut rows = vec![TITLES.map(str::to_string)];
+    rows.extend(report.rows.iter().map(cells));
+    let mut after = format!(
         "\nEqual samples: the number with which the worst output of the original has the same error ({most}: so many or \
-         more).\nTimes cheaper: the time of so many samples of the original, divided by the time of one sample with levels."
+         more).\nTimes cheaper: the time of so many samples of the original, divided by the time of one sample with levels.\n"
     );
     if report.cut_short {
-        let _ = writeln!(out, "\nThe time was over (--budget) before everything was measured.");
+        let _ = writeln!(after, "\nThe time was over (--budget) before {}.", missing(report));
     }
-    out
+    Parts { before: out, rows, after }
+}
+
+/// What was not measured because the time was over.
+fn missing(report: &Report) -> String {
+    let row = |footprint: f64| report.rows.iter().find(|row| row.footprint == footprint);
+    let without = |is_missing: &dyn Fn(f64) -> bool| {
+        let list: Vec<String> = SHOWN.into_iter().filter(|f| is_missing(*f)).map(|f| f.to_string()).collect();
+        (!list.is_empty()).then(|| list.join(", "))
+    };
+    let errors = without(&|footprint| row(footprint).is_none());
+    let times = without(&|footprint| row(footprint).is_some_and(|row| row.ns.is_none()));
+    let mut parts: Vec<String> = Vec::new();
+    parts.extend(errors.map(|list| format!("the errors and times at footprint {list}")));
+    parts.extend(times.map(|list| format!("the times at footprint {list}")));
+    match parts.is_empty() {
+        true => "all pictures were made".to_string(),
+        false => format!("these were measured: {}", parts.join("; ")),
+    }
 }
 
 fn level_line(report: &Report, at: usize, level: &Level, out: &mut String) {
@@ -87,34 +119,31 @@ fn level_line(report: &Report, at: usize, level: &Level, out: &mut String) {
     };
     let _ = writeln!(
         out,
-        "level {}, from width {} (fades in from {}): {what}; cost {} instead of {}; error at most {} %, of the original {} %",
+        "level {}, from width {} (fades in from {}): {what}; cost {} instead of {}; error at most {}, of the original {}",
         at + 1,
         short(level.widths[1], 3),
         short(level.widths[0], 3),
-        short(level.cost, 3),
-        short(report.cost, 3),
-        short(100.0 * level.error, 2),
-        short(100.0 * level.original_error, 2),
+        plain(level.cost, 3),
+        plain(report.cost, 3),
+        percent(level.error),
+        percent(level.original_error),
     );
 }
 
-fn row_line(row: &Row, out: &mut String) {
+fn cells(row: &Row) -> [String; 7] {
     let equal = if row.equal_samples >= f64::from(row.most) {
         format!("{} or more", row.most)
     } else {
-        short(row.equal_samples, 2)
+        plain(row.equal_samples, 2)
     };
-    let time = |at: usize| row.ns.and_then(|ns| ns.get(at).copied()).map_or("-".into(), |ns| short(ns, 3));
-    let cheaper = row.cheaper.map_or("-".into(), |times| short(times, 2));
-    let _ = writeln!(
-        out,
-        "{:>9}  {:>17}  {:>14}  {:>16}  {:>11}  {:>10}  {:>12}",
-        row.footprint,
+    let time = |at: usize| row.ns.and_then(|ns| ns.get(at).copied()).map_or("-".into(), |ns| plain(ns, 3));
+    [
+        row.footprint.to_string(),
         percent(row.original.worst),
         percent(row.written.worst),
         equal,
         time(0),
         time(1),
-        cheaper
-    );
+        row.cheaper.map_or("-".into(), |times| plain(times, 2)),
+    ]
 }

@@ -2,7 +2,7 @@
 //!
 //! This module must not know what they measure.
 
-use crate::explain::short;
+use crate::explain::plain;
 
 /// A number of samples.
 pub(super) fn samples(n: u32) -> String {
@@ -11,5 +11,5 @@ pub(super) fn samples(n: u32) -> String {
 
 /// A share as percent with two digits.
 pub(super) fn percent(share: f64) -> String {
-    format!("{} %", short(100.0 * share, 2))
+    format!("{} %", plain(100.0 * share, 2))
 }

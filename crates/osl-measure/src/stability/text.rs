@@ -15,26 +15,14 @@ const NEXT_TO_NOTHING: f64 = 1e-3;
 /// The text: findings, the lines to blame with carets, and with `all` the outcome of every trial.
 pub fn text(report: &Report, all: bool) -> String {
     let mut out = String::new();
-    let _ = writeln!(
-        out,
-        "{}: stability, with points wrong that are off by more than {} of the range\n",
-        report.shader,
-        short(report.tolerance, 2)
-    );
+    let _ = writeln!(out, "{}: stability, with points wrong that are {}\n", report.shader, wrong_is(report));
     for finding in &report.findings {
         let _ = writeln!(out, "  {}", finding.text);
     }
-    if !report.not_examined.is_empty() {
-        let _ = writeln!(
-            out,
-            "  the time was over (--budget) before these were examined: {}; what was examined depends on the machine",
-            report.not_examined.join(", ")
-        );
+    if let Some(said) = not_examined(report) {
+        let _ = writeln!(out, "  {said}");
     }
-    if report.culprits.is_empty() {
-        let is_known = !report.not_examined.iter().any(|part| part == super::examine::LINES);
-        let said =
-            if is_known { "Nothing to blame." } else { "The time was over before lines could be blamed." };
+    if let Some(said) = nothing(report) {
         let _ = writeln!(out, "\n{said}");
     }
     let mut explains = true;
@@ -58,6 +46,30 @@ pub fn text(report: &Report, all: bool) -> String {
         table(report, &mut out);
     }
     out
+}
+
+/// Which points are wrong, in words.
+pub(super) fn wrong_is(report: &Report) -> String {
+    format!("off by more than {} of the range", short(report.tolerance, 2))
+}
+
+/// What was not examined, in words, if the time was over.
+pub(super) fn not_examined(report: &Report) -> Option<String> {
+    (!report.not_examined.is_empty()).then(|| {
+        format!(
+            "the time was over (--budget) before these were examined: {}; what was examined depends on the machine",
+            report.not_examined.join(", ")
+        )
+    })
+}
+
+/// What is said if no line is to blame.
+pub(super) fn nothing(report: &Report) -> Option<&'static str> {
+    let is_known = !report.not_examined.iter().any(|part| part == super::examine::LINES);
+    report.culprits.is_empty().then_some(match is_known {
+        true => "Nothing to blame.",
+        false => "The time was over before lines could be blamed.",
+    })
 }
 
 /// What the errors of lines are, in words.

@@ -7,13 +7,22 @@ use std::fmt::Write;
 /// The errors for which a sentence names the setting. **Units:** percent of the output's range.
 pub(super) const WANTED: [f32; 3] = [5.0, 2.0, 1.0];
 
+/// What the sentences are about.
+pub(super) const HINT: &str =
+    "What to take for an error at 999 of 1000 pixels (`--within TIME` chooses by the time instead)";
+
+/// The variants that use another arithmetic than the strict one.
+const ARITHMETICS: [&str; 2] = ["fast", "f64"];
+/// Median times that differ more than this differ for the reader, even if the spread leaves it open.
+const NOTABLE: f64 = 1.25;
+
 /// One sentence for each error, and one for the other kinds of arithmetic.
 pub(super) fn advice(trade: &Trade, output: &Output) -> String {
     let mut text = String::new();
-    for percent in WANTED {
-        let bound = f64::from(percent) / 100.0 * output.range;
+    let bounds = WANTED.map(|percent| f64::from(percent) / 100.0 * output.range);
+    for ((percent, bound), row) in WANTED.iter().zip(bounds).zip(choices(trade, output, &bounds)) {
         let _ = write!(text, "For {percent} % of the range of {} ({}): ", output.name, short(bound));
-        text += &match choice(trade, output, bound) {
+        text += &match row {
             _ if output.oracle_error >= bound => {
                 "unknown, since the oracle's own error is larger; a larger --budget helps".to_string()
             }
@@ -27,6 +36,21 @@ pub(super) fn advice(trade: &Trade, output: &Output) -> String {
 
 fn measured<'a>(trade: &'a Trade, output: &'a Output) -> Measured<'a> {
     Measured { rows: &trade.rows, errors: &output.errors, oracle: output.oracle_error }
+}
+
+/// The row to take for each error, of which the largest comes first. A row that is taken for a smaller error
+/// is also taken for a larger one unless another one is faster.
+fn choices<'a>(trade: &'a Trade, output: &Output, bounds: &[f64]) -> Vec<Option<&'a Row>> {
+    let mut list: Vec<Option<&Row>> = Vec::new();
+    for bound in bounds.iter().rev() {
+        let closer = list.last().copied().flatten();
+        let own = choice(trade, output, *bound);
+        list.push(
+            closer.filter(|closer| own.is_none_or(|own| closer.ns_per_pixel <= own.ns_per_pixel)).or(own),
+        );
+    }
+    list.reverse();
+    list
 }
 
 /// The fastest row with at most this error at 999 of 1000 pixels. The strict arithmetic is preferred if no
@@ -63,7 +87,7 @@ fn nothing(trade: &Trade, output: &Output) -> String {
 fn arithmetics(trade: &Trade, output: &Output) -> String {
     let measured = measured(trade, output);
     let mut text = String::new();
-    for name in ["fast", "f64"] {
+    for name in ARITHMETICS {
         let pair = |(at, row): (usize, &Row)| {
             let same = |strict: &Row| strict.variant == "strict" && strict.setting == row.setting;
             (row.variant == name).then(|| Some((trade.rows.iter().position(same)?, at)))?
@@ -83,12 +107,20 @@ fn arithmetics(trade: &Trade, output: &Output) -> String {
         let mut times: Vec<f64> = pairs.iter().map(|(strict, own)| cost(*own) / cost(*strict)).collect();
         times.sort_by(f64::total_cmp);
         let times = times.get(times.len() / 2).copied().unwrap_or(1.0);
+        let is_alike = (1.0 / NOTABLE..=NOTABLE).contains(&times);
+        let is_open = !(faster || slower || is_alike);
         let speed = match (faster, slower) {
             (true, _) => format!("is {:.1} times as fast here", 1.0 / times),
             (_, true) => format!("takes {times:.1} times as long here"),
+            _ if is_open && times < 1.0 => {
+                format!("was {:.1} times as fast here, which is within the spread of the times", 1.0 / times)
+            }
+            _ if is_open => {
+                format!("took {times:.1} times as long here, which is within the spread of the times")
+            }
             _ => "is no faster here".to_string(),
         };
-        let _ = match (faster || slower, closer, worse) {
+        let _ = match (faster || slower || is_open, closer, worse) {
             (false, false, false) => writeln!(text, "`--arithmetic {name}` changes nothing here"),
             (_, true, _) => writeln!(text, "`--arithmetic {name}` {speed}, with a smaller error"),
             (_, _, true) => writeln!(text, "`--arithmetic {name}` {speed}, with a larger error"),
@@ -141,7 +173,8 @@ mod tests {
             setting: setting.to_string(),
             options: options(variant, *setting),
             ns_per_pixel: *ns,
-            spread: 0.1,
+            ns_least: 0.8 * ns,
+            spread: 0.2,
             speed_up: 1.0,
             evaluations: 1.0,
         };
@@ -220,5 +253,37 @@ mod tests {
             text.contains("`--arithmetic f64` takes 6.0 times as long here, with a smaller error\n"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_smaller_error_does_not_take_less_time() {
+        let list = [
+            ("strict", Setting::Samples(4), 58.0, 0.04),
+            ("prefilter", Setting::Samples(1), 12.0, 0.01),
+            ("f64", Setting::Samples(1), 290.0, 0.2),
+            ("strict", Setting::Samples(1), 58.0, 0.2),
+        ];
+        let (mut trade, output) = trade(&list, 1.0);
+        // The times vary so much that none is faster than another.
+        trade.rows.iter_mut().for_each(|row| row.ns_least = 1.0);
+        let text = advice(&trade, &output);
+        assert_eq!(text.matches("take `--samples 1 --prefilter`, 0.012 µs").count(), 3, "{text}");
+        assert!(
+            text.contains(
+                "`--arithmetic f64` took 5.0 times as long here, which is within the spread of the times, with the \
+                 same error\n"
+            ),
+            "{text}"
+        );
+        // What suffices for a small error is taken for a larger one, also instead of a strict row.
+        let list = [
+            ("strict", Setting::Samples(4), 300.0, 0.04),
+            ("fast", Setting::Samples(4), 290.0, 0.04),
+            ("fast", Setting::Samples(16), 292.0, 0.01),
+            ("strict", Setting::Samples(16), 900.0, 0.01),
+        ];
+        let (trade, output) = self::trade(&list, 1.0);
+        let text = advice(&trade, &output);
+        assert_eq!(text.matches("take `--samples 16 --arithmetic fast`").count(), 3, "{text}");
     }
 }

@@ -17,11 +17,10 @@ pub(super) struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    /// Whether a row is faster than another beyond the spread of both times.
+    /// Whether a row is faster than another beyond the spread of both times: other work on the machine only
+    /// adds, so the time of a row lies between its fastest round and the median.
     pub(super) fn is_faster(&self, row: usize, than: usize) -> bool {
-        let ends = |at: usize| {
-            self.rows.get(at).map(|row| [1.0 - row.spread, 1.0 + row.spread].map(|by| by * row.ns_per_pixel))
-        };
+        let ends = |at: usize| self.rows.get(at).map(|row| [row.ns_least, row.ns_per_pixel]);
         matches!((ends(row), ends(than)), (Some([_, high]), Some([low, _])) if high < low)
     }
 
@@ -34,23 +33,28 @@ impl Measured<'_> {
         error(row) < (1.0 - ALIKE) * error(than)
     }
 
-    /// Whether a row makes another one needless: it is better in one respect and not worse in the other. Of
-    /// two rows that do not differ, the first one does.
-    fn beats(&self, row: usize, other: usize) -> bool {
-        let better = [self.is_faster(row, other), self.is_closer(row, other)];
-        let worse = [self.is_faster(other, row), self.is_closer(other, row)];
-        match (better.contains(&true), worse.contains(&true)) {
-            (true, false) => true,
-            (false, false) => row < other,
-            _ => false,
-        }
+    /// Whether a row is better than another in one respect, and whether it is worse in one.
+    fn compared(&self, row: usize, other: usize) -> [bool; 2] {
+        [(row, other), (other, row)].map(|(a, b)| self.is_faster(a, b) || self.is_closer(a, b))
     }
 
-    /// The rows that no other row beats, the fastest first.
+    /// The front, the fastest row first: no row of it is better than another one without being worse too, and
+    /// for each row outside there is one in the front that is not worse. Of rows that do not differ, the first
+    /// one is taken.
+    ///
+    /// A row leaves only because of a row that stays. "Not slower beyond the spread" does not carry over from
+    /// row to row: in a chain of rows of which each is beaten by the next, the last one need not beat the
+    /// first.
     pub(super) fn front(&self) -> Vec<usize> {
-        let count = self.rows.len().min(self.errors.len());
-        let mut front: Vec<usize> =
-            (0..count).filter(|row| !(0..count).any(|other| self.beats(other, *row))).collect();
+        let mut open: Vec<usize> = (0..self.rows.len().min(self.errors.len())).collect();
+        let mut front: Vec<usize> = Vec::new();
+        while let Some(first) = open.first().copied() {
+            let beats = |a: usize, b: usize| self.compared(a, b) == [true, false];
+            let is_free = |row: &usize| !open.iter().any(|other| beats(*other, *row));
+            let stays = open.iter().copied().find(is_free).unwrap_or(first);
+            open.retain(|row| *row != stays && self.compared(*row, stays)[0]);
+            front.push(stays);
+        }
         let cost = |at: &usize| self.rows.get(*at).map_or(f64::INFINITY, |row| row.ns_per_pixel);
         front.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         front
@@ -67,6 +71,7 @@ mod tests {
             setting: String::new(),
             options: String::new(),
             ns_per_pixel: *ns_per_pixel,
+            ns_least: (1.0 - spread) * ns_per_pixel,
             spread: *spread,
             speed_up: 1.0,
             evaluations: 1.0,
@@ -86,12 +91,36 @@ mod tests {
     #[test]
     fn what_does_not_differ_beyond_the_noise_is_the_same() {
         // The same image, a little faster by chance.
-        assert_eq!(front(&[(4.0, 0.1), (3.9, 0.1)], &[0.1, 0.1], 0.0), [0]);
+        assert_eq!(front(&[(4.0, 0.2), (3.9, 0.2)], &[0.1, 0.1], 0.0), [0]);
         // As fast as far as can be seen, but clearly closer.
-        assert_eq!(front(&[(4.0, 0.1), (4.5, 0.1)], &[0.2, 0.1], 0.0), [1]);
+        assert_eq!(front(&[(4.0, 0.2), (4.5, 0.2)], &[0.2, 0.1], 0.0), [1]);
         // Clearly faster, and as close.
-        assert_eq!(front(&[(4.0, 0.1), (2.0, 0.1)], &[0.1, 0.101], 0.0), [1]);
+        assert_eq!(front(&[(4.0, 0.2), (2.0, 0.2)], &[0.1, 0.101], 0.0), [1]);
         // The oracle does not see these differences.
-        assert_eq!(front(&[(1.0, 0.1), (4.0, 0.1)], &[0.02, 0.01], 0.2), [0]);
+        assert_eq!(front(&[(1.0, 0.2), (4.0, 0.2)], &[0.02, 0.01], 0.2), [0]);
+    }
+
+    #[test]
+    fn a_row_leaves_only_because_of_a_row_that_stays() {
+        // Each row is beaten by the next one, whose time does not differ beyond the spread. The last one is
+        // clearly slower than the first ones.
+        let chain = [(13.0, 0.5), (22.0, 0.6), (50.0, 0.6), (110.0, 0.6), (300.0, 0.7)];
+        assert_eq!(front(&chain, &[0.5, 0.4, 0.3, 0.2, 0.1], 0.0), [0, 2, 4]);
+        // The second row would beat the first one, but the third one makes it needless.
+        assert_eq!(front(&[(32.0, 0.1), (80.0, 0.8), (84.0, 0.1)], &[0.4, 0.3, 0.2], 0.0), [0, 2]);
+    }
+
+    /// Slow rounds make the median of the fastest row uncertain upwards only.
+    #[test]
+    fn the_fastest_row_stays_whatever_its_slow_rounds() {
+        assert_eq!(front(&[(5.8, 0.05), (7.9, 0.2)], &[0.4, 0.3], 0.0), [0, 1]);
+    }
+
+    #[test]
+    fn of_rows_in_a_circle_one_stays() {
+        // The first beats the second by its time, and the second the third by its error. The third does not
+        // differ from the first.
+        let [a, b, c] = [(1.0, 0.0), (2.0, 0.0), (3.0, 0.9)];
+        assert_eq!(front(&[c, a, b], &[0.1015, 0.1, 0.099], 0.0), [1]);
     }
 }

@@ -1,8 +1,9 @@
 //! A trade-off as one self-contained HTML page: for each output a plot, the table and pictures of the errors.
 
-use super::advice::{advice, short};
+use super::advice::{HINT, advice, short};
 use super::{Error, Output, Row, Trade};
 use crate::markup::escape;
+use crate::page::{END, REPORT, prose, start};
 use pxfm::{f_exp10, f_log10, f_log10f};
 use std::fmt::Write;
 
@@ -11,13 +12,14 @@ pub type Encode<'a> = &'a dyn Fn(usize, usize, &[Vec<f32>]) -> Option<String>;
 
 /// The page.
 pub fn html(trade: &Trade, encode: Encode<'_>) -> String {
-    let mut page = String::from(HEAD);
+    let mut page = start(&format!("{}: speed and accuracy", trade.name), &[REPORT, RULES]);
     let _ = write!(
         page,
-        "<title>{name}: speed and accuracy</title></head><body><h1>{name}: speed and accuracy</h1>\
+        "<h1>{name}: speed and accuracy</h1>\
          <p>{}×{} pixels. Errors are against {} samples a pixel ({}), whose own standard error is subtracted. Times are \
-         medians of {} interleaved rounds. Filled dots: nothing else is quicker and as close, or closer and as quick; differences within \
-         the spread of the times do not count.</p>",
+         medians of {} interleaved rounds, and the spread is how far the fastest round is below. Filled dots and marked \
+         rows are the front: none of them is better than another one without being worse too, and for each other setting \
+         there is one of them that is not worse; differences within the spread of the times do not count.</p>",
         trade.size.0,
         trade.size.1,
         trade.oracle_samples,
@@ -31,17 +33,15 @@ pub fn html(trade: &Trade, encode: Encode<'_>) -> String {
         table(trade, output, &mut page);
         pictures(trade, output, encode, &mut page);
     }
-    page.push_str("</body></html>\n");
+    page.push_str(END);
     page
 }
 
-const HEAD: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><style>\
-body{font:14px/1.45 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem;color:#1c2430;background:#fff}\
-h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.15rem .7rem;text-align:right}\
-td:first-child,th:first-child{text-align:left}tr.front{background:#eef4ff;font-weight:600}\
-figure{display:inline-block;margin:.8rem 1rem 0 0}figcaption{font-size:12px}img{image-rendering:pixelated;width:160px}\
-svg text{font:11px system-ui,sans-serif;fill:#1c2430}</style>\n";
+const RULES: &str = "figure img{width:160px}\n";
+
+/// The width of a plot, and the place of the title of its vertical axis: left, right, top, bottom.
+const WIDTH: f64 = 820.0;
+const TITLE: [f64; 4] = [62.0, 220.0, 4.0, 18.0];
 
 /// Positions of names in a plot: beside their dots, without overlapping each other or the dots.
 struct Labels {
@@ -50,21 +50,23 @@ struct Labels {
 }
 
 impl Labels {
-    /// No names yet; the dots are taken.
+    /// No names yet; the dots are taken, and so is the title of the vertical axis.
     fn beside(dots: impl Iterator<Item = (f64, f64)>) -> Labels {
-        Labels { taken: dots.map(|(x, y)| [x - 5.0, x + 5.0, y - 5.0, y + 5.0]).collect() }
+        let dots = dots.map(|(x, y)| [x - 5.0, x + 5.0, y - 5.0, y + 5.0]);
+        Labels { taken: dots.chain([TITLE]).collect() }
     }
 
     /// The position of a dot's name, if there is room for it.
     fn place(&mut self, x: f64, y: f64, letters: usize) -> Option<(f64, f64)> {
         let width = 6.0 * letters as f64;
-        let beside = [(7.0, 3.5), (-width - 7.0, 3.5), (7.0, -7.0), (7.0, 14.0), (-width - 7.0, -7.0)];
+        let beside = [(7.0, 3.5), (-width - 7.0, 3.5), (7.0, -8.0), (7.0, 15.0), (-width - 7.0, -8.0)];
         let free = |(left, base): &(f64, f64)| {
             let own = [*left, left + width, base - 9.0, base + 2.0];
             let apart = |other: &[f64; 4]| {
                 own[0] > other[1] || own[1] < other[0] || own[2] > other[3] || own[3] < other[2]
             };
-            *left > 60.0 && *base > 20.0 && *base < 300.0 && self.taken.iter().all(apart)
+            let fits = *left > 60.0 && left + width < WIDTH && *base > 20.0 && *base < 300.0;
+            fits && self.taken.iter().all(apart)
         };
         let found = beside.map(|(dx, dy)| (x + dx, y + dy)).into_iter().find(free)?;
         self.taken.push([found.0, found.0 + width, found.1 - 9.0, found.1 + 2.0]);
@@ -72,43 +74,62 @@ impl Labels {
     }
 }
 
-/// A logarithmic axis over some values.
+/// A logarithmic axis over some values. Values that are 0 have a place of their own before it.
 struct Axis {
     low: f64,
     high: f64,
     from: f64,
     to: f64,
+    zero: Option<f64>,
 }
 
 impl Axis {
     /// Whole decades around the values, mapped to an interval of the plot.
     fn new(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
-        let (low, high) = values
-            .filter(|v| v.is_finite() && *v > 0.0)
-            .fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+        let (mut low, mut high, mut has_zero) = (f64::INFINITY, 0.0_f64, false);
+        for value in values.filter(|value| value.is_finite()) {
+            match value > 0.0 {
+                true => (low, high) = (low.min(value), high.max(value)),
+                false => has_zero = true,
+            }
+        }
+        let (zero, from) = if has_zero { (Some(from), from + ZERO * (to - from)) } else { (None, from) };
+        // Without a value above 0 there is nothing but 0.
         let (low, high) =
-            if low.is_finite() { (f_log10(low).floor(), f_log10(high).ceil()) } else { (0.0, 1.0) };
-        Axis { low, high: high.max(low + 1.0), from, to }
+            if low.is_finite() { (f_log10(low).floor(), f_log10(high).ceil()) } else { (0.0, -1.0) };
+        let high = if low == high { low + 1.0 } else { high };
+        Axis { low, high, from, to, zero }
     }
 
-    /// The position of a value; values that are not positive lie at the start.
+    /// The position of a value.
     fn place(&self, value: f64) -> f64 {
+        if let Some(zero) = self.zero.filter(|_| value <= 0.0) {
+            return zero;
+        }
         let share = (f_log10(value.max(f64::MIN_POSITIVE)) - self.low) / (self.high - self.low);
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
     }
 
-    fn decades(&self) -> impl Iterator<Item = f64> {
-        (self.low as i32..=self.high as i32).map(|e| f_exp10(f64::from(e)))
+    /// The values that have a line.
+    fn marks(&self) -> impl Iterator<Item = f64> {
+        let decades = (self.low as i32..=self.high as i32).map(|e| f_exp10(f64::from(e)));
+        self.zero.map(|_| 0.0).into_iter().chain(decades)
     }
 }
+
+/// The share of an axis between 0 and the smallest decade.
+const ZERO: f64 = 0.12;
 
 fn plot(trade: &Trade, output: &Output, page: &mut String) {
     let x = Axis::new(trade.rows.iter().map(|row| row.ns_per_pixel), 60.0, 660.0);
     let y = Axis::new(output.errors.iter().map(|error| error.rms), 300.0, 20.0);
-    page.push_str(
-        "<svg viewBox=\"0 0 820 340\" width=\"820\" role=\"img\" aria-label=\"error against time\">",
+    let name = escape(&output.name);
+    let _ = write!(
+        page,
+        "<div class=wide><svg viewBox=\"0 0 {WIDTH} 340\" width=\"{WIDTH}\" role=\"img\" aria-label=\"Error of {name} against \
+         time, of each setting; the table below has the numbers\">"
     );
-    for at in x.decades() {
+    for at in x.marks() {
         let p = x.place(at);
         let _ = write!(
             page,
@@ -116,13 +137,14 @@ fn plot(trade: &Trade, output: &Output, page: &mut String) {
              <text x=\"{p:.1}\" y=\"316\" text-anchor=\"middle\">{at}</text>"
         );
     }
-    for at in y.decades() {
+    for at in y.marks() {
         let p = y.place(at);
         let _ = write!(
             page,
             "<line x1=\"60\" x2=\"660\" y1=\"{p:.1}\" y2=\"{p:.1}\" stroke=\"#dde3ec\"/>\
-             <text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">{at:e}</text>",
-            p + 4.0
+             <text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            p + 4.0,
+            if at > 0.0 { format!("{at:e}") } else { "0".to_string() }
         );
     }
     page.push_str(
@@ -154,14 +176,14 @@ fn plot(trade: &Trade, output: &Output, page: &mut String) {
             let _ = write!(page, "<text x=\"{x:.1}\" y=\"{y:.1}\">{name}</text>");
         }
     }
-    page.push_str("</svg>");
+    page.push_str("</svg></div>");
 }
 
 fn table(trade: &Trade, output: &Output, page: &mut String) {
     let _ = write!(
         page,
-        "<p>Range {}. The oracle's own standard error: {:.1e}.</p><table><tr><th>setting</th><th>ns/pixel</th><th>spread</th>\
-         <th>speed-up</th><th>evaluations a pixel</th><th>rms error</th><th>of range</th><th>99.9 %</th><th>of range</th><th>largest</th></tr>",
+        "<p>Range {}. The oracle's own standard error: {:.1e}.</p><div class=wide><table><tr><th>setting</th><th>ns/pixel</th><th>spread</th>\
+         <th>speed-up</th><th>samples</th><th>rms error</th><th>of range</th><th>99.9 %</th><th>of range</th><th>largest</th></tr>",
         short(output.range),
         output.oracle_error
     );
@@ -169,7 +191,7 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
         let class = if output.front.contains(&at) { " class=\"front\"" } else { "" };
         let _ = write!(
             page,
-            "<tr{class}><td>{}, {}</td><td>{:.1}</td><td>±{:.0} %</td><td>{:.2}×</td><td>{:.3}</td><td>{:.1e}</td>\
+            "<tr{class}><td>{}, {}</td><td>{:.1}</td><td>{:.0} %</td><td>{:.2}×</td><td>{:.3}</td><td>{:.1e}</td>\
              <td>{:.2} %</td><td>{:.1e}</td><td>{:.2} %</td><td>{:.1e}</td></tr>",
             escape(&row.variant),
             escape(&row.setting),
@@ -184,10 +206,10 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
             error.largest
         );
     }
-    page.push_str("</table><p>What to take for an error at 999 of 1000 pixels:</p><ul>");
+    let _ = write!(page, "</table></div><p>{}:</p><ul>", prose(HINT));
     let advice = advice(trade, output);
     for line in advice.lines().chain(trade.idle.iter().map(String::as_str)) {
-        let _ = write!(page, "<li>{}</li>", escape(line));
+        let _ = write!(page, "<li>{}</li>", prose(line));
     }
     page.push_str("</ul>");
 }
@@ -207,12 +229,39 @@ fn pictures(trade: &Trade, output: &Output, encode: Encode<'_>, page: &mut Strin
             let name = escape(&format!("{}, {}", row.variant, row.setting));
             let _ = write!(
                 page,
-                "<figure><img alt=\"errors\" src=\"{url}\"><figcaption>{name}</figcaption></figure>"
+                "<figure><img alt=\"errors of {} with {name}\" src=\"{url}\"><figcaption>{name}</figcaption></figure>",
+                escape(&output.name)
             );
             any = true;
         }
     }
     if any {
         page.push_str("<p>Errors of the front: black 10⁻⁴ or less, red, yellow, white 1 or more.</p>");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_of_0_have_a_place_of_their_own() {
+        let axis = Axis::new([0.02, 0.0, 0.5].into_iter(), 300.0, 20.0);
+        assert_eq!(axis.marks().collect::<Vec<_>>(), [0.0, 0.01, 0.1, 1.0]);
+        assert!(axis.place(0.0) == 300.0 && axis.place(0.01) < 270.0 && axis.place(1.0) == 20.0);
+        let nothing = Axis::new([0.0, 0.0].into_iter(), 300.0, 20.0);
+        assert_eq!((nothing.marks().collect::<Vec<_>>(), nothing.place(0.0)), (vec![0.0], 300.0));
+        let positive = Axis::new([0.1, 0.1].into_iter(), 60.0, 660.0);
+        assert_eq!((positive.marks().count(), positive.place(0.1)), (2, 60.0));
+    }
+
+    #[test]
+    fn names_leave_room_for_the_title_of_the_axis_and_stay_inside() {
+        let mut labels = Labels::beside([(150.0, 20.0), (790.0, 100.0)].into_iter());
+        let [left, right, top, bottom] = TITLE;
+        let (x, y) = labels.place(150.0, 20.0, 10).expect("there is room below");
+        assert!(x > right || x + 60.0 < left || y - 9.0 > bottom || y + 2.0 < top, "{x} {y}");
+        let (x, _) = labels.place(790.0, 100.0, 20).expect("there is room on the left");
+        assert!(x + 120.0 < WIDTH, "{x}");
     }
 }

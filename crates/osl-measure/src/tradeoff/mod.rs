@@ -151,7 +151,9 @@ pub struct Row {
     pub options: String,
     /// Median time of a pixel.
     pub ns_per_pixel: f64,
-    /// Half the range of the times, as a share of the median.
+    /// The time of a pixel in the fastest round.
+    pub ns_least: f64,
+    /// How far that is below the median, as a share of the median.
     pub spread: f64,
     /// Speed relative to one sample per pixel.
     pub speed_up: f64,
@@ -170,9 +172,9 @@ pub struct Output {
     pub oracle_error: f64,
     /// Errors, one for each row of the trade, with the oracle's own error subtracted.
     pub errors: Vec<Error>,
-    /// Rows that no other row beats in time or root mean square error without being worse in the other, the
-    /// fastest first. Differences within the spread of the times, and errors that differ by less than 2 %, do
-    /// not count.
+    /// The front: rows of which none beats another in time or root mean square error without being worse in
+    /// the other, the fastest first. Each other row is beaten by one of them. Differences within the spread of
+    /// the times, and errors that differ by less than 2 %, do not count.
     pub front: Vec<usize>,
     /// Pictures of the errors, one for each row of the front.
     #[serde(skip)]
@@ -312,26 +314,22 @@ fn time(tried: &mut [SettingRun<'_, '_>], seconds: f64) -> Result<usize, RunErro
 }
 
 fn rows(tried: &[SettingRun<'_, '_>], size: (usize, usize)) -> Vec<Row> {
-    let pixels = (size.0 * size.1).max(1) as f64;
-    let median = |times: &[f64]| {
-        let mut sorted = times.to_vec();
+    let scale = 1e9 / (size.0 * size.1).max(1) as f64;
+    let median = |one: &SettingRun<'_, '_>| {
+        let mut sorted = one.times.clone();
         sorted.sort_by(f64::total_cmp);
         sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
     };
-    let plain = tried
-        .iter()
-        .find(|one| one.setting == Setting::Samples(1))
-        .map_or(f64::NAN, |one| median(&one.times));
+    let plain = tried.iter().find(|one| one.setting == Setting::Samples(1)).map_or(f64::NAN, median);
     let row = |one: &SettingRun<'_, '_>| {
-        let middle = median(&one.times);
-        let low = one.times.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = one.times.iter().copied().fold(0.0, f64::max);
+        let (least, middle) = (one.times.iter().copied().fold(f64::INFINITY, f64::min), median(one));
         Row {
             variant: one.variant.name.clone(),
             setting: one.setting.to_string(),
             options: advice::options(&one.variant.name, one.setting),
-            ns_per_pixel: 1e9 * middle / pixels,
-            spread: 0.5 * (high - low) / middle,
+            ns_per_pixel: scale * middle,
+            ns_least: scale * least,
+            spread: (middle - least) / middle,
             speed_up: plain / middle,
             evaluations: one.image.as_ref().map_or(0.0, |image| image.tally.per_pixel()),
         }

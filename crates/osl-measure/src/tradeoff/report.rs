@@ -1,11 +1,10 @@
 //! A trade-off as text, and as comma-separated values.
 
 use super::Trade;
-use super::advice::{advice, short};
+use super::advice::{HINT, advice, short};
 use std::fmt::Write;
 
-/// A table for each output, with a star at the rows that no other row beats, and at the end what to take for
-/// an error.
+/// A table for each output, with a star at the rows of the front, and at the end what to take for an error.
 pub fn text(trade: &Trade) -> String {
     let mut out = format!(
         "{}, {}x{} pixels; oracle: {}, {} samples a pixel; times: median of {} rounds\n",
@@ -54,9 +53,7 @@ pub fn text(trade: &Trade) -> String {
             );
         }
     }
-    out.push_str(
-        "\nWhat to take for an error at 999 of 1000 pixels (`--within TIME` chooses by the time instead):\n",
-    );
+    let _ = writeln!(out, "\n{HINT}:");
     trade.outputs.iter().for_each(|output| out.push_str(&advice(trade, output)));
     trade.idle.iter().for_each(|line| out.extend([line.as_str(), "\n"]));
     out

@@ -11,7 +11,11 @@ function number(value) {
 }
 
 /** A value as `oslrun explain` shows it. */
-function shown({ value }) {
+function shown({ value, closure }) {
+  // A closure is its text.
+  if (closure) {
+    return value;
+  }
   if (Array.isArray(value)) {
     return `(${value.map(number).join(" ")})`;
   }

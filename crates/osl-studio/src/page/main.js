@@ -28,6 +28,8 @@ const ROUNDING = "rounding";
 
 let state = readFragment();
 let shader = null;
+/** What the place of an explanation says without one. */
+const hint = at("explanation").firstElementChild;
 
 const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line), revealLine);
 const editor = new Editor({
@@ -179,7 +181,7 @@ function answer(message, samples) {
       break;
     case "failed":
       showMessages(message.messages);
-      at("status").textContent = "errors; the last picture stays";
+      at("status").textContent = picture.isEmpty ? "errors" : "errors; the last picture stays";
       break;
     case "pinned":
       if (message.pinned) {
@@ -200,6 +202,10 @@ function answer(message, samples) {
       taps.answer(message);
       break;
     case "explanation":
+      // The answer may be about a picture that is gone.
+      if (!picture.at) {
+        break;
+      }
       showExplanation(at("explanation"), message);
       source.values(message.explanation && shader ? lineTexts(message.explanation, shader.path) : []);
       document.dispatchEvent(new CustomEvent("studio-explanation", { detail: message }));
@@ -221,8 +227,12 @@ function showShader(found) {
   showOptions();
   fillMenu(at("on"), shader.surfaces.map((name) => [name, name]), state.on ?? shader.on ?? "patch");
   if (isBroken) {
+    if (text === null) {
+      showNothing();
+    }
     return;
   }
+  showControls(true);
   parameters.show(shader, state.params ?? shader.given);
   const names = shader.outputs.map((output) => output.name);
   let wanted = state.output ?? shader.output;
@@ -237,6 +247,25 @@ function showShader(found) {
     changeState({ output, params });
   }
   showOutputs();
+}
+
+/** Another file, which has errors: nothing of the file before it stays. */
+function showNothing() {
+  picture.clear();
+  parameters.show(shader, []);
+  fillMenu(at("output"), []);
+  showControls(false);
+  showSheet();
+  source.values([]);
+  at("printed").hidden = true;
+  at("explanation").replaceChildren(hint);
+}
+
+/** Whether there are outputs and parameters to choose. */
+function showControls(hasSome) {
+  for (const name of ["output", "random", "reset"]) {
+    at(name).disabled = !hasSome;
+  }
 }
 
 /** How the picture is shown; one with light has no range and no layer. */

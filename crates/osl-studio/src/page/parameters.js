@@ -205,7 +205,8 @@ export class ParameterPane {
     }
     const heading = (text) => (text ? [element("legend", {}, text)] : []);
     const made = [...pages].map(([text, rows]) => element("fieldset", {}, ...heading(text), ...rows));
-    return made.length ? made : [element("p", { class: "dim" }, "The shader has no parameters.")];
+    const none = shader.layers.length ? "The shader has no parameters." : "The file has errors.";
+    return made.length ? made : [element("p", { class: "dim" }, none)];
   }
 
   row(layer, parameter, metadata) {

@@ -50,6 +50,18 @@ export class PicturePane {
     this.zoom.resize(size);
   }
 
+  /** Whether there is no picture. */
+  get isEmpty() {
+    return !this.image;
+  }
+
+  /** Shows no picture, and points at no pixel. */
+  clear() {
+    this.canvas.getContext("2d").clearRect(0, 0, this.canvas.width, this.canvas.height);
+    Object.assign(this, { image: null, words: null, at: null, size: [0, 0] });
+    this.placeCross();
+  }
+
   pointAt(event) {
     const box = this.canvas.getBoundingClientRect();
     const x = Math.floor(((event.clientX - box.left) / box.width) * this.size[0]);

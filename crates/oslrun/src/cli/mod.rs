@@ -198,7 +198,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
             let reading = compare::Reading { line: idle::command_line, refused: idle::refused };
             compare::compare(*compared, (&args, reading), out, err)
         }
-        (Some(Command::PictureBook(args)), _) => book::book(&args, out, err),
+        (Some(Command::PictureBook(found)), _) => book::book(&found, &args, out, err),
         (Some(Command::Studio(live)), _) => studio::studio(&live, &args, out),
         (Some(Command::Render(mut found)), _) => {
             found.command = words::text(&args, Some(&found.file));

@@ -131,19 +131,25 @@ pub(super) fn stability(
     }
     let report = &examined.report;
     let mut text = if args.json { json(report)? } else { stability::text::text(report, args.all) };
-    if let Some(found) = report.repair.as_ref().filter(|_| !args.json) {
-        text += &repair::text(found, run);
+    let repaired = report.repair.as_ref().map(|found| repair::text(found, run));
+    if let Some(said) = repaired.as_ref().filter(|_| !args.json) {
+        text += said;
     }
     let _ = out.write_all(text.as_bytes());
     if let Some(found) = &report.repair {
         repair::write(found, run, err)?;
     }
-    files(args, &examined, &grid, out)
+    files(args, (&examined, repaired.as_deref()), &grid, out)
 }
 
-fn files(args: &StabilityArgs, examined: &Examined, grid: &Grid, out: &mut dyn Write) -> Result<(), Failure> {
+fn files(
+    args: &StabilityArgs,
+    (examined, repair): (&Examined, Option<&str>),
+    grid: &Grid,
+    out: &mut dyn Write,
+) -> Result<(), Failure> {
     if let Some(path) = &args.html {
-        let html = stability::html::html(examined, grid.width, grid.height);
+        let html = stability::html::html(examined, (grid.width, grid.height), repair);
         osl_files::replace(path, html.as_bytes()).map_err(Failure::new)?;
         let _ = writeln!(out, "wrote {}", path.display());
     }
@@ -169,7 +175,7 @@ fn layers(planes: &Planes) -> Vec<(&str, Vec<f32>)> {
 }
 
 /// The number of lost digits that a picture shows as white.
-pub(super) const WHITE: f32 = 8.0;
+pub(super) const WHITE: f32 = stability::html::WHITE;
 
 /// The outputs that the command line names.
 fn outputs(run: &RunArgs) -> Option<Vec<Arc<str>>> {

@@ -92,6 +92,17 @@ pub(super) fn text(words: &[OsString], main: Option<&Path>) -> Option<String> {
     Some(std::iter::once("oslrun".to_string()).chain(shown).collect::<Vec<_>>().join(" "))
 }
 
+/// A command line as it was typed.
+pub(super) fn typed(words: &[OsString]) -> String {
+    line(words.iter().skip(1).map(|word| word.to_string_lossy().into_owned()))
+}
+
+/// A command line of these words.
+pub(super) fn line(words: impl IntoIterator<Item = String>) -> String {
+    let quoted = words.into_iter().map(|word| quoted(&word));
+    std::iter::once("oslrun".to_string()).chain(quoted).collect::<Vec<_>>().join(" ")
+}
+
 /// A text with the file names alone of its absolute paths.
 fn without_folders(text: &str) -> String {
     let ends = |c: char| c.is_whitespace() || "=,;()\"'".contains(c);
@@ -112,7 +123,7 @@ fn without_folders(text: &str) -> String {
 }
 
 /// A word as a shell takes it.
-fn quoted(word: &str) -> String {
+pub(super) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_@%+=:,./-".contains(c);
     match !word.is_empty() && word.chars().all(is_plain) {
         true => word.to_string(),

@@ -29,7 +29,7 @@ fn book_of(text: &str, more: &[&str]) -> String {
 }
 
 /// The elements that a page may have, besides those that HTML does not close.
-const CLOSED: [&str; 19] = [
+const CLOSED: [&str; 22] = [
     "html",
     "head",
     "style",
@@ -49,6 +49,9 @@ const CLOSED: [&str; 19] = [
     "td",
     "code",
     "div",
+    "th",
+    "details",
+    "summary",
 ];
 const OPEN: [&str; 4] = ["!doctype", "meta", "img", "col"];
 
@@ -182,12 +185,106 @@ fn pictures_are_those_of_taps() {
     }
 }
 
+/// The words of a command line of a page, whose words may be in quotes.
+fn typed(command: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (at, part) in command.split('\'').enumerate() {
+        match at % 2 {
+            0 => words.extend(part.split_whitespace().map(str::to_string)),
+            _ => words.push(part.to_string()),
+        }
+    }
+    words
+}
+
+/// Each command of a page writes the picture above it, unless the page says how it differs.
+#[test]
+fn commands_of_pictures_write_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let own = dir.path().join("s.osl").display().to_string();
+    std::fs::write(&own, SHADER).unwrap();
+    let flakes = seed("flakes.osl");
+    let books: [(&str, &[&str]); 3] = [
+        (&own, &["-g", "9x7", "-p", "k=4", "--uv-scale", "2,3", "--time", "2"]),
+        (&own, &["--grid=9x7", "--center"]),
+        (&flakes, &["-g", "16x16"]),
+    ];
+    let (mut same, mut different) = (0, 0);
+    for (file, more) in books {
+        let page = book(file, more).replace("&#39;", "'");
+        for figure in page.split("<figure>").skip(1) {
+            let Some((before, rest)) = figure.split_once("<summary>command</summary><code>") else {
+                continue;
+            };
+            let (command, after) = rest.split_once("</code>").unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let picture = folder.path().join("one.png").display().to_string();
+            let mut words = typed(command);
+            assert_eq!((&*words.remove(0), words.pop().as_deref()), ("oslrun", Some("picture.png")));
+            let words: Vec<&str> = words.iter().map(String::as_str).chain([&*picture]).collect();
+            let (code, _, err) = oslrun(&words);
+            assert_eq!(code, 0, "{command}: {err}");
+            // Of two files, the second one has the points that get to the line.
+            let files = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().path());
+            let mut files: Vec<PathBuf> = files.collect();
+            files.sort_by_key(|file| file.as_os_str().len());
+            assert_eq!(
+                files.len(),
+                1 + usize::from(after.contains("writes two files")),
+                "{command}: {files:?}"
+            );
+            let written = read_image(&files[0]).unwrap();
+            let (_, url) = before.split_once("data:image/png;base64,").unwrap();
+            let url = url.split_once('"').unwrap().0;
+            let shown = decode(&base64::engine::general_purpose::STANDARD.decode(url).unwrap());
+            assert_eq!((written.width, written.height), (shown.width, shown.height), "{command}");
+            if after.starts_with(" <span>shows the values: ") {
+                different += 1;
+                continue;
+            }
+            same += 1;
+            let mask = shown.channels.len().is_multiple_of(2).then(|| shown.plane(shown.channels.len() - 1));
+            for channel in 0..shown.channels.len() - usize::from(mask.is_some()) {
+                // A picture of three equal components is grey.
+                let written = written.plane(channel.min(written.channels.len() - 1));
+                for (at, (a, b)) in shown.plane(channel).iter().zip(written).enumerate() {
+                    let counts = mask.as_ref().is_none_or(|mask| mask[at] > 0.0);
+                    assert!(!counts || *a == b, "{command}: {a} {b} at {at} of {channel}");
+                }
+            }
+        }
+    }
+    assert!(same > 20 && different > 3, "{same} {different}");
+}
+
+#[test]
+fn a_page_says_how_it_was_made() {
+    let more = ["-g", "6x5", "--time", "2", "--global", "N=0,0,1", "--raytype", "shadow", "--allow-files"];
+    let page = book_of(SHADER, &more);
+    let (_, made) = page.split_once("Made with oslrun ").unwrap();
+    let (_, command) = made.split_once("<code>oslrun picture-book ").unwrap();
+    let said = "-g 6x5 --time 2 --global N=0,0,1 --raytype shadow --allow-files</code>";
+    assert!(command.split_once("book.html ").is_some_and(|(_, rest)| rest.starts_with(said)), "{command}");
+    let tap = "--time 2 --global N=0,0,1 --raytype shadow --allow-files -g 6x5 --tap 4:a";
+    assert!(page.contains(tap), "{page}");
+    assert!(!page.contains("book.html --time"), "a picture does not go to the page");
+}
+
+#[test]
+fn what_has_no_picture_is_said() {
+    let page =
+        book_of("shader s(output matrix m = 1, output string t = \"\", output float r = 0) { r = u; }", &[]);
+    assert!(page.contains("<b>m</b> <span class=dim>a matrix has no picture"), "{page}");
+    assert!(!page.contains("<b>t</b>"), "numbers alone are outputs of a picture");
+    assert!(page.contains("Matrices, strings and closures have no picture."), "{page}");
+}
+
 #[test]
 fn pictures_say_how_to_read_them() {
     let page = book_of(SHADER, &["-g", "9x7"]);
     assert_eq!(words(&page, 4, "a"), "0 to 2, from black to white");
     assert_eq!(words(&page, 5, "d"), "direction, as in a normal map");
-    assert_eq!(words(&page, 6, "c"), "color, 0 to 2, cut to 0 to 1");
+    assert_eq!(words(&page, 6, "c"), "0 to 2, cut to 0 to 1");
     assert_eq!(words(&page, 7, "id"), "4 different numbers, each with its color, 0 to 30");
     assert_eq!(words(&page, 9, "list[1]"), "-0.5 to 0.5; blue is negative, white 0, orange positive");
     assert_eq!(words(&page, 10, "rounds"), "5 everywhere");

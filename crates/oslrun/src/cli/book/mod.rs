@@ -11,11 +11,11 @@ mod page;
 
 use super::args::RunArgs;
 use super::args::levels;
-use super::args::values::Pair;
 use super::figures::{self, Pictures, Results};
 use super::load::{self, LoadedShader, Request};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
+use super::words::{self, Left};
 use super::{Failure, data, info, input, output, repair};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Command};
@@ -31,6 +31,7 @@ use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use page::{Book, Line, Warning};
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -73,8 +74,13 @@ fn page_file(path: PathBuf) -> Result<PathBuf, String> {
     }
 }
 
-/// Writes the page.
-pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+/// Writes the page. `words` is the command line, which the page repeats.
+pub(super) fn book(
+    args: &BookArgs,
+    words: &[OsString],
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
     let run = &args.run;
     let (Some(path), Some(file)) = (&run.output, &run.file) else {
         return Err(Failure::usage(
@@ -144,13 +150,8 @@ pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) ->
         lines,
         size: run.grid,
         outputs: pictures.outputs(&single, &figures::taps(&doings)),
-        tapping: format!("oslrun {}{}", word(&file.display().to_string()), values(run)),
-        command: format!(
-            "oslrun {NAME} {}{} -o {}",
-            word(&file.display().to_string()),
-            values(run),
-            word(&path.display().to_string())
-        ),
+        tapping: tapping(words, run.grid),
+        command: words::typed(words),
         left_out,
     });
     super::flushed(out)?;
@@ -159,36 +160,19 @@ pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     Ok(())
 }
 
-/// The options that change the values, as they are typed.
-fn values(run: &RunArgs) -> String {
-    let mut text = String::new();
-    let mut add = |option: &str, value: &str| text += &format!(" {option} {}", word(value));
-    run.read.include.iter().for_each(|folder| add("-I", &folder.display().to_string()));
-    run.read.define.iter().for_each(|name| add("-D", name));
-    run.params.iter().for_each(|(name, value)| add("-p", &format!("{name}={value}")));
-    run.userdata.iter().for_each(|(name, value)| add("--userdata", &format!("{name}={value}")));
-    let pairs = [("--uv-scale", run.uv_scale, 1.0), ("--uv-offset", run.uv_offset, 0.0)];
-    for (option, Pair([u, v]), usual) in pairs {
-        if [u, v] != [usual; 2] {
-            add(option, &format!("{u},{v}"));
-        }
-    }
-    for (option, is_given) in [("--repair", run.repair), ("--center", run.center)] {
-        if is_given {
-            text += &format!(" {option}");
-        }
-    }
-    text
-}
+/// The options of the page that the command of a picture does not repeat. It states the size.
+const OF_THE_PAGE: Left =
+    Left { valued: &["-o", "--output", "-g", "--grid", "--threads", "--message-format"], alone: &[] };
 
-/// A word of a command line.
-fn word(text: &str) -> String {
-    let is_plain =
-        |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '=' | ',' | '+' | ':');
-    match text.chars().all(is_plain) && !text.is_empty() {
-        true => text.to_string(),
-        false => format!("'{}'", text.replace('\'', "'\\''")),
+/// The start of the command that makes one of the pictures, which have this size.
+fn tapping(words: &[OsString], (width, height): (usize, usize)) -> String {
+    let words = words.iter().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let mut kept = OF_THE_PAGE.removed(words);
+    if let Some(at) = kept.iter().position(|word| word == NAME) {
+        kept.remove(at);
     }
+    kept.extend(["-g".to_string(), format!("{width}x{height}")]);
+    words::line(kept)
 }
 
 /// Adds what `oslrun check` says to each line.

@@ -10,6 +10,7 @@ use osl_exec::{Frame, Plane};
 use osl_ir::ir::Kind;
 use osl_ir::types::{StructTable, Type};
 use osl_lower::taps::{Doings, Set, Tap};
+pub(super) use show::Typed;
 use show::{Shown, Values};
 use std::collections::{BTreeMap, HashMap};
 
@@ -32,6 +33,8 @@ pub(super) struct Figure {
     pub(super) tap: String,
     /// Black and white, if these are not 0 and 1.
     pub(super) range: Option<(f32, f32)>,
+    /// How the command line shows the values of the tap.
+    pub(super) typed: Typed,
 }
 
 /// The results of a run, by the names of outputs.
@@ -123,7 +126,8 @@ impl Pictures<'_> {
         let mut times = vec![self.results.values(&set.tap)?];
         let rounds = set.rounds.iter().map_while(|tap| self.results.values(tap));
         times.extend(rounds.take_while(Values::has_points));
-        let shown = show::show(set.tap.ty, &times);
+        let mut shown = show::show(set.tap.ty, &times);
+        shown.typed.has_mask = !self.results.planes(&set.tap.mask).is_empty();
         let tap = set.wanted.to_string();
         Some(Figure { tap, ..self.figure(set.wanted.variable_path(), set.tap.ty, shown) })
     }
@@ -133,22 +137,29 @@ impl Pictures<'_> {
         let tapped: HashMap<&str, ()> = taps.iter().flat_map(|t| [(&*t.name, ()), (&*t.mask, ())]).collect();
         let firsts = frame.planes.iter().filter(|p| p.component == 0 && !tapped.contains_key(&*p.output));
         firsts
-            .filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure))
-            .filter_map(|plane| {
-                let values = Values { planes: self.results.floats(&plane.output), reached: None };
-                let has_colors = matches!(values.planes.len(), 1 | 3);
-                let shown = has_colors.then(|| show::show(plane.ty, &[values]))?;
-                Some(self.figure(plane.output.to_string(), plane.ty, shown))
+            .map(|plane| {
+                let planes = self.results.planes(&plane.output).len();
+                let has_colors = !matches!(plane.kind, Kind::Str | Kind::Closure) && matches!(planes, 1 | 3);
+                let shown = match has_colors {
+                    true => {
+                        let planes = self.results.floats(&plane.output);
+                        show::show(plane.ty, &[Values { planes, reached: None }])
+                    }
+                    false => {
+                        Shown::text(format!("a {} has no picture", StructTable::default().show(plane.ty)))
+                    }
+                };
+                self.figure(plane.output.to_string(), plane.ty, shown)
             })
             .collect()
     }
 
     fn figure(&self, name: String, ty: Type, shown: Shown) -> Figure {
-        let Shown { pictures, transfer, words, range } = shown;
+        let Shown { pictures, transfer, words, range, typed } = shown;
         let mut urls = pictures.iter().filter_map(|planes| data_url::png(self.size, planes, transfer));
         let url = urls.next();
         let rounds = urls.collect();
         let (ty, tap) = (StructTable::default().show(ty), String::new());
-        Figure { name, ty, url, words, rounds, tap, range }
+        Figure { name, ty, url, words, rounds, tap, range, typed }
     }
 }

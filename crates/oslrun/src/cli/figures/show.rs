@@ -17,11 +17,25 @@ pub(super) struct Shown {
     pub(super) words: String,
     /// Black and white, if these are not 0 and 1.
     pub(super) range: Option<(f32, f32)>,
+    /// How the command line shows the same values.
+    pub(super) typed: Typed,
+}
+
+/// How the command line shows the values of a picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::cli) struct Typed {
+    /// The options that choose what is black and white, each with a space before it.
+    pub(in crate::cli) options: String,
+    /// In which way its picture differs; empty if it does not.
+    pub(in crate::cli) differs: String,
+    /// Whether it writes a second file with the points that get to the line.
+    pub(in crate::cli) has_mask: bool,
 }
 
 impl Shown {
-    fn text(words: String) -> Shown {
-        Shown { pictures: Vec::new(), transfer: Transfer::Linear, words, range: None }
+    pub(super) fn text(words: String) -> Shown {
+        let (pictures, transfer) = (Vec::new(), Transfer::Linear);
+        Shown { pictures, transfer, words, range: None, typed: Typed::default() }
     }
 }
 
@@ -121,7 +135,7 @@ pub(super) fn show(ty: Type, times: &[Values]) -> Shown {
         Map::Range(low, high) if (low, high) != (0.0, 1.0) => Some((low, high)),
         _ => None,
     };
-    Shown { pictures, transfer: map.transfer(), words, range }
+    Shown { pictures, transfer: map.transfer(), words, range, typed: map.typed(ty, (low, high), broken > 0) }
 }
 
 /// The value of all points that have one; nothing if they differ, or are not finite.
@@ -211,8 +225,8 @@ impl Map {
     fn words(&self, components: usize, low: f32, high: f32) -> String {
         let range = format!("{} to {}", number(low), number(high));
         match self {
-            Map::Color if low < 0.0 || high > 1.0 => format!("color, {range}, cut to 0 to 1"),
-            Map::Color => format!("color, {range}"),
+            Map::Color if low < 0.0 || high > 1.0 => format!("{range}, cut to 0 to 1"),
+            Map::Color => range,
             Map::Direction => "direction, as in a normal map".to_string(),
             Map::Range(black, white) if components == 3 => {
                 format!("{range}; x, y, z as red, green, blue from {} to {}", number(*black), number(*white))
@@ -222,6 +236,30 @@ impl Map {
             Map::Signed(_) => format!("{range}; blue is negative, white 0, orange positive"),
             Map::Ids(ids) => format!("{} different numbers, each with its color, {range}", ids.len()),
         }
+    }
+
+    /// How the command line shows the values, which have this range.
+    fn typed(&self, ty: Type, (low, high): (f32, f32), has_broken: bool) -> Typed {
+        let range = |low: f32, high: f32| format!(" --range {low},{high}");
+        let grey = |low: f32, high: f32| {
+            format!("its picture is grey, with {} as black and {} as white", number(low), number(high))
+        };
+        let usual = if ty == Type::NORMAL { (-1.0, 1.0) } else { (0.0, 1.0) };
+        let (options, mut differs) = match self {
+            Map::Color => (String::new(), String::new()),
+            Map::Direction => (" --signed".to_string(), String::new()),
+            Map::Range(low, high) if (*low, *high) == usual => (String::new(), String::new()),
+            Map::Range(low, high) if low < high => (range(*low, *high), String::new()),
+            // One value beside NaN.
+            Map::Range(..) => (" --range auto".to_string(), grey(low.min(0.0), high.max(1.0))),
+            Map::Signed(most) => (range(-most, *most), grey(-most, *most)),
+            Map::Ids(_) => (range(low, high), grey(low, high)),
+        };
+        if has_broken {
+            let start = if differs.is_empty() { "in its picture" } else { &format!("{differs}, and") };
+            differs = format!("{start} NaN is black, and infinity black or white");
+        }
+        Typed { options, differs, has_mask: false }
     }
 
     /// The planes of a picture.
@@ -327,7 +365,7 @@ mod tests {
         let unit: [&[f32]; 3] = [&[0.0, 1.0], &[1.0, 0.0], &[0.0, 0.0]];
         assert_eq!(all(Type::NORMAL, &unit), (3, "direction, as in a normal map".into()));
         assert_eq!(all(Type::POINT, &unit).1, "0 to 1; x, y, z as red, green, blue from 0 to 1");
-        assert_eq!(all(Type::COLOR, &unit), (3, "color, 0 to 1".into()));
+        assert_eq!(all(Type::COLOR, &unit), (3, "0 to 1".into()));
         let half = said(Type::FLOAT, &[&[0.0, 0.5, 9.0, 9.0]], Some(&[1.0, 1.0, 0.0, 0.0]));
         assert_eq!(half, (2, "0 to 0.5; black is 0, white is 1, at 50 % of the points".into()));
         assert_eq!(said(Type::FLOAT, &[&[1.0]], Some(&[0.0])), (0, "no point gets here".into()));
@@ -337,6 +375,29 @@ mod tests {
             (3, "0 to 1; black is 0, white is 1, 25 % of the points NaN or infinite (pink)".into())
         );
         assert_eq!(all(Type::FLOAT, &[&[f32::NAN; 2]]), (0, "NaN or infinite everywhere".into()));
+    }
+
+    #[test]
+    fn the_command_line_shows_the_same_or_says_what_differs() {
+        let typed = |ty, planes: &[&[f32]]| {
+            let typed = show(ty, &[values(planes, None)]).typed;
+            (typed.options, typed.differs)
+        };
+        let same = |options: &str| (options.to_string(), String::new());
+        let unit: [&[f32]; 3] = [&[0.0, 1.0], &[1.0, 0.0], &[0.0, 0.0]];
+        assert_eq!(typed(Type::COLOR, &unit), same(""));
+        assert_eq!(typed(Type::VECTOR, &unit), same(" --signed"));
+        assert_eq!(typed(Type::FLOAT, &[&[0.0, 0.5]]), same(""));
+        assert_eq!(typed(Type::FLOAT, &[&[2.0, 4.5]]), same(" --range 2,4.5"));
+        let inside: [&[f32]; 3] = [&[0.0, 0.5], &[0.25, 0.0], &[0.0, 0.0]];
+        assert_eq!(typed(Type::NORMAL, &inside), same(" --range 0,1"), "usually a normal goes from -1 to 1");
+        let grey = |low, high| format!("its picture is grey, with {low} as black and {high} as white");
+        assert_eq!(typed(Type::FLOAT, &[&[-1.0, 4.0]]), (" --range -4,4".into(), grey(-4, 4)));
+        assert_eq!(typed(Type::INT, &[&[3.0, 7.0]]), (" --range 3,7".into(), grey(3, 7)));
+        let (options, differs) = typed(Type::FLOAT, &[&[2.0, f32::NAN]]);
+        assert_eq!((&*options, differs.starts_with(&grey(0, 2))), (" --range auto", true));
+        let (options, differs) = typed(Type::FLOAT, &[&[0.0, 1.0, f32::NAN]]);
+        assert_eq!((&*options, &*differs), ("", "in its picture NaN is black, and infinity black or white"));
     }
 
     #[test]

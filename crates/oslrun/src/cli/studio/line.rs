@@ -64,7 +64,7 @@ fn small((width, height): (usize, usize)) -> (usize, usize) {
 }
 
 fn thumbnail(figure: Figure) -> Thumbnail {
-    let Figure { name, ty, url, words, rounds, tap, range } = figure;
+    let Figure { name, ty, url, words, rounds, tap, range, .. } = figure;
     let (tap, range) = (Some(tap).filter(|tap| !tap.is_empty()), range.map(|(low, high)| [low, high]));
     Thumbnail { tap, name, ty, words, range, picture: url, rounds }
 }
