@@ -139,7 +139,7 @@ mod tests {
             outputs: ["a", "b", "c"].map(str::to_string).to_vec(),
             cost: 2817.0,
             faded_noise: 0,
-            noise_widths: Default::default(),
+            noise_width: 0.0,
             soft_edges: 0,
             levels: Vec::new(),
             why: vec!["take `--samples 4`".into()],

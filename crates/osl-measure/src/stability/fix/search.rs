@@ -52,6 +52,13 @@ struct RewriteOutcome {
     not_tried: usize,
 }
 
+/// Rewrites that help only together.
+struct Together {
+    /// All but the last, with the errors after each.
+    before: Vec<(Candidate, Errors)>,
+    last: (Candidate, Good),
+}
+
 impl Search<'_> {
     /// Looks for a repair of the blamed lines of a source.
     pub(super) fn run(&self, text: &str, program: &Program, mut blamed: Vec<u32>) -> Repair {
@@ -79,13 +86,12 @@ impl Search<'_> {
             let is_enough = best.as_ref().is_some_and(|(_, good)| before.gain(&good.errors) >= ENOUGH);
             if repair.steps.is_empty()
                 && !is_enough
-                && let Some((earlier, (last, good))) = self.several(tried.neutral, &now)
+                && let Some(Together { before: earlier, last }) = self.several(tried.neutral, &now)
             {
                 touched = Some(earlier.iter().flat_map(|(c, _)| c.lines.iter().copied()).collect());
-                let steps =
-                    earlier.iter().map(|(c, errors)| step(c, &Good { errors: *errors, ..good.clone() }));
+                let steps = earlier.iter().map(|(c, errors)| step(c, &Good { errors: *errors, ..last.1 }));
                 repair.steps.extend(steps);
-                best = Some((last, good));
+                best = Some(last);
             }
             let Some((candidate, good)) = best else { break };
             touched.get_or_insert_with(|| candidate.lines.iter().copied().collect());
@@ -114,12 +120,8 @@ impl Search<'_> {
 
     /// Tries two rewrites together, or the same one at several places. The first changes little by itself,
     /// because another fault hides what it gains: a root, for instance, whose argument nearly cancels too.
-    fn several(
-        &self,
-        neutral: Vec<(Candidate, Errors)>,
-        now: &Errors,
-    ) -> Option<(Vec<(Candidate, Errors)>, (Candidate, Good))> {
-        let mut found: Option<(Vec<(Candidate, Errors)>, (Candidate, Good))> = None;
+    fn several(&self, neutral: Vec<(Candidate, Errors)>, now: &Errors) -> Option<Together> {
+        let mut found: Option<Together> = None;
         for first in neutral.into_iter().take(PAIRS) {
             let name = first.0.name;
             let mut before = vec![first];
@@ -134,8 +136,8 @@ impl Search<'_> {
                 if let Some((last, good)) = &tried.best
                     && now.gain(&good.errors) >= ENOUGH
                 {
-                    if found.as_ref().is_none_or(|(_, old)| better((last, good), (&old.0, &old.1))) {
-                        found = Some((before, (last.clone(), good.clone())));
+                    if found.as_ref().is_none_or(|old| better((last, good), (&old.last.0, &old.last.1))) {
+                        found = Some(Together { before, last: (last.clone(), *good) });
                     }
                     break;
                 }
