@@ -30,10 +30,10 @@ fn held(x: f64, lo: f64, hi: f64) -> f64 {
     pick(above > hi, hi, above)
 }
 
-/// An argument of an exponential, clamped such that results are in its range.
+/// An argument of an exponential, clamped slightly outside of the range for which results are in theirs.
 #[inline(always)]
 fn exponent(x: f64) -> f64 {
-    held(x, -MOST * LN_2, MOST * LN_2)
+    held(x, -708.5, 708.5)
 }
 
 /// An argument of a logarithm: a positive finite number.
@@ -206,7 +206,7 @@ impl Real for f64 {
     }
 
     fn expm1(self) -> Self {
-        f_expm1(exponent(self))
+        held(f_expm1(exponent(self)), -1.0, HUGE)
     }
 
     fn log(self) -> Self {

@@ -117,8 +117,8 @@ fn double_precision_is_mathematics() {
 #[test]
 fn double_precision_keeps_the_domains_of_the_language() {
     let cases: &[(&str, f64)] = &[
-        ("out = exp(1000);", 126_f64.exp2()),
-        ("out = exp(-1000 - u);", (-126_f64).exp2()),
+        ("out = exp(1000);", 1022_f64.exp2()),
+        ("out = exp(-1000 - u);", (-1022_f64).exp2()),
         ("out = log(-u);", f64::from(f32::MIN_POSITIVE).ln()),
         ("out = sqrt(-1 - u);", 0.0),
         ("out = acos(2 + u);", 0.0),

@@ -3,8 +3,8 @@
 //!
 //! `inputs` finds what the outputs depend on, `ground` makes points at larger footprints, `judge` measures
 //! errors there, `off` and `known` test them, `place` measures the coordinate, `linear` fits slopes, `means`,
-//! `noise`, `edges`, `far` and `search` find the levels, and `write` writes the source. The levels are chosen on
-//! some points and judged on others. This module must not write files; [`text`] and [`html`] format a
+//! `noise`, `edges`, `far` and `search` find the levels, and `write` writes the source. The levels are chosen
+//! on some points and judged on others. This module must not write files; [`text`] and [`html`] format a
 //! [`Report`].
 
 mod edges;

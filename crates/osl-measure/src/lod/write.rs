@@ -198,7 +198,8 @@ pub(super) fn at_end(frame: &Frame, outputs: &[Form]) -> Option<Edit> {
     (!outputs.is_empty()).then(|| Edit { span: at, text: format!("\n{lines}") })
 }
 
-/// What an output may be linear in, as expressions: the components of the coordinate and the width of a pixel.
+/// What an output may be linear in, as expressions: the components of the coordinate and the width of a
+/// pixel.
 pub(super) fn columns(source: &Source<'_>, inputs: &Inputs) -> Vec<String> {
     let mut columns = inputs.coordinate.components();
     columns.push(pixel(source));

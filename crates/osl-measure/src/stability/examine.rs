@@ -3,7 +3,8 @@
 use super::Report;
 use super::lines::{BlamedLines, Culprit, culprits};
 use super::subject::{Base, Planes, Subject};
-use super::sweep::{Finding, NOTABLE, SAFE, Setting, Trial, measure, percent, sweep};
+use super::sweep::{Finding, NOTABLE, measure, percent, sweep};
+use super::trial::{SAFE, Setting, Trial};
 use osl_exec::RunError;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;

@@ -29,6 +29,7 @@ mod roundings;
 mod subject;
 mod sweep;
 pub mod text;
+mod trial;
 
 pub use broken::Broken;
 pub use examine::{Examined, Knob, examine, examine_given};
@@ -36,7 +37,8 @@ pub use instruction::{Blame, InstSite};
 pub use lines::{BlamedLines, Culprit, culprits};
 pub use pairs::Partner;
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};
-pub use sweep::{Finding, Outcome, Setting, Trial, measure};
+pub use sweep::{Finding, measure};
+pub use trial::{Outcome, Setting, Trial};
 
 use serde::Serialize;
 

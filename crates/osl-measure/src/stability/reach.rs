@@ -4,7 +4,7 @@
 //! overflows may be right again further out. So more than the powers of ten is tried, most of it near the end
 //! of the range. This module must not know what the number changes.
 
-use super::sweep::Trial;
+use super::trial::Trial;
 
 /// The values of a decade that are tried within a range.
 const COARSE: [f64; 2] = [2.0, 5.0];
@@ -161,7 +161,7 @@ fn is_quiet(a: &Trial, b: &Trial, tolerance: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sweep::{Outcome, Setting};
+    use super::super::trial::{Outcome, Setting};
     use super::*;
 
     fn trial(error: f64) -> Trial {

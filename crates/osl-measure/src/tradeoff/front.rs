@@ -39,8 +39,8 @@ impl Measured<'_> {
     }
 
     /// The front, the fastest row first: no row of it is better than another one without being worse too, and
-    /// for each row outside there is one in the front that is not worse. Of rows that do not differ, the first
-    /// one is taken.
+    /// for each row outside there is one in the front that is not worse. Of rows that do not differ, the
+    /// first one is taken.
     ///
     /// A row leaves only because of a row that stays. "Not slower beyond the spread" does not carry over from
     /// row to row: in a chain of rows of which each is beaten by the next, the last one need not beat the

@@ -173,8 +173,8 @@ pub struct Output {
     /// Errors, one for each row of the trade, with the oracle's own error subtracted.
     pub errors: Vec<Error>,
     /// The front: rows of which none beats another in time or root mean square error without being worse in
-    /// the other, the fastest first. Each other row is beaten by one of them. Differences within the spread of
-    /// the times, and errors that differ by less than 2 %, do not count.
+    /// the other, the fastest first. Each other row is beaten by one of them. Differences within the spread
+    /// of the times, and errors that differ by less than 2 %, do not count.
     pub front: Vec<usize>,
     /// Pictures of the errors, one for each row of the front.
     #[serde(skip)]

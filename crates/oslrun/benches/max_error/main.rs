@@ -6,7 +6,7 @@
 //! most 1.1 times the time in the median, and less than twice in 90 %.
 //!
 //! ```sh
-//! cargo bench -p oslrun --bench max_error -- [--file F] [--size N] [--seed N] [--commands] [--table] [PART OF A NAME]
+//! cargo bench -p oslrun --bench max_error -- [--file F] [--size N] [--seed N] [--commands] [--table] [NAME]
 //! ```
 //!
 //! `--commands` measures the same cases as whole commands, by the clock: the results must be there already.

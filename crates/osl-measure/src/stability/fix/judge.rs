@@ -5,7 +5,8 @@
 //! change was found.
 
 use super::super::subject::{Planes, Programs, Subject, Swept};
-use super::super::sweep::{SAFE, Setting, range};
+use super::super::sweep::range;
+use super::super::trial::{SAFE, Setting};
 use osl_scene::Grid;
 use serde::Serialize;
 

@@ -27,7 +27,7 @@ pub use judge::Errors;
 
 use super::examine::{Examined, Knob};
 use super::subject::Subject;
-use super::sweep::Setting;
+use super::trial::Setting;
 use judge::Judge;
 use osl_hir::hir::Program;
 use osl_ir::ir::Body;

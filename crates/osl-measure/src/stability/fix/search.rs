@@ -1,11 +1,13 @@
 //! The search for a repair at one setting: the rewrites of the blamed lines are tried, the best one is kept,
-//! and the lines that are blamed after it are next. Where no single rewrite helps, several are tried together.
+//! and the lines that are blamed after it are next. Where no single rewrite helps, several are tried
+//! together.
 //!
 //! This module must not know rows or how errors are measured.
 
 use super::super::lines::{Culprit, culprits};
 use super::super::subject::Subject;
-use super::super::sweep::{self, NOTABLE, Setting};
+use super::super::sweep::{self, NOTABLE};
+use super::super::trial::Setting;
 use super::candidates::{Candidate, candidates};
 use super::judge::{Bad, DEAR, Errors, Good, Judge};
 use super::source::Source;

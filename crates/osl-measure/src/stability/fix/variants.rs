@@ -6,7 +6,8 @@
 
 use super::super::examine::Knob;
 use super::super::subject::Subject;
-use super::super::sweep::{NOTABLE, SAFE, Setting, range};
+use super::super::sweep::{NOTABLE, range};
+use super::super::trial::{SAFE, Setting};
 use super::judge::{around, harmed, worst_of};
 use super::{Build, Changed};
 use crate::sanitize::{Kind, events_at};

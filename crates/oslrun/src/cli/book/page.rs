@@ -52,7 +52,8 @@ pub(super) struct Book<'a> {
 
 /// The largest number of lines on a page.
 const LINES: usize = 5000;
-/// The width of a picture on the page, and of one of a round, in pixels. The height is at most twice as large.
+/// The width of a picture on the page, and of one of a round, in pixels. The height is at most twice as
+/// large.
 const WIDTH: usize = 112;
 const ROUND: usize = 56;
 
