@@ -139,7 +139,8 @@ impl Fit {
                 sum.iter_mut().zip(&xs).for_each(|(sum, x)| *sum += point.weight * x * error / total);
             }
         }
-        let uncertain = |row: &Vec<f64>| sums.iter().map(|sum| times(row, sum).powi(2)).sum::<f64>().sqrt();
+        let square = |x: f64| x * x;
+        let uncertain = |row: &Vec<f64>| sums.iter().map(|sum| square(times(row, sum))).sum::<f64>().sqrt();
         let reach = |column: usize| {
             let values = points.iter().map(|point| value(point, column));
             let (low, high) =
