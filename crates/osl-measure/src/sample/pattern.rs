@@ -26,16 +26,30 @@ impl Pattern {
     /// Makes a pattern of `count` samples or more per pixel, at most [`MAX_SAMPLES`]. Another seed gives
     /// other samples.
     pub fn new(count: u32, seed: u32) -> Pattern {
+        Pattern { seed, count: 0, samples: Arc::default(), orders: Arc::default() }.extended(count)
+    }
+
+    /// The same pattern with `count` samples or more per pixel. What is known is kept.
+    fn extended(self, count: u32) -> Pattern {
         let count = count.clamp(1, MAX_SAMPLES).next_power_of_two() as usize;
-        let mut samples = Vec::with_capacity(count * SCRAMBLES);
-        for scramble in 0..SCRAMBLES as u32 {
-            let own = hash(scramble ^ seed.rotate_left(16));
-            samples.extend((0..count as u32).map(|i| [0, 1].map(|axis| sobol_burley::sample(i, axis, own))));
-        }
-        let levels = count.trailing_zeros();
-        let mut pattern = Pattern { seed, count, samples: samples.into(), orders: Arc::default() };
-        pattern.orders = (0..=levels).map(|level| pattern.find_order(level)).collect();
-        pattern
+        let scrambled = |scramble: usize| {
+            let own = hash(scramble as u32 ^ self.seed.rotate_left(16));
+            let known = self.samples.get(scramble * self.count..(scramble + 1) * self.count).unwrap_or(&[]);
+            let more = known.len() as u32..count as u32;
+            let mut samples = known.to_vec();
+            samples.extend(more.map(|i| [0, 1].map(|axis| sobol_burley::sample(i, axis, own))));
+            samples
+        };
+        let each: Vec<Vec<[f32; 2]>> = (0..SCRAMBLES).map(scrambled).collect();
+        let (seed, samples) = (self.seed, each.concat().into());
+        let pattern = Pattern { seed, count, samples, orders: Arc::default() };
+        // With more samples, the largest of the known counts has a second half.
+        let order = |level: u32| match self.orders.get(level as usize) {
+            Some(known) if 1 << level < self.count => known.clone(),
+            _ => pattern.find_order(level),
+        };
+        let orders = (0..=count.trailing_zeros()).map(order).collect();
+        Pattern { orders, ..pattern }
     }
 
     /// Samples per pixel.
@@ -46,7 +60,7 @@ impl Pattern {
     /// The same pattern, extended if it has fewer than `count` samples.
     #[must_use]
     pub fn with(self, count: u32) -> Pattern {
-        if count <= self.count() { self } else { Pattern::new(count, self.seed) }
+        if count <= self.count() { self } else { self.extended(count) }
     }
 
     /// The samples of a pixel; pixels are numbered row by row.
@@ -137,5 +151,7 @@ mod tests {
         assert_eq!(many.count(), 128);
         assert_eq!(few.of(1234), &many.of(1234)[..4]);
         assert_ne!(few.of(1234), few.of(1235));
+        let whole = Pattern::new(100, 1);
+        assert_eq!((many.all(), &many.orders), (whole.all(), &whole.orders));
     }
 }

@@ -58,7 +58,9 @@ pub trait Positions {
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
     axis: usize,
-    /// The position of the first point, and how many points make up the unit.
+    /// The column or row of the grid at which the image begins.
+    first: i32,
+    /// The position of the first point of the grid, and how many points make up the unit.
     shift: f64,
     unit: f64,
     scale: f64,
@@ -66,14 +68,14 @@ pub struct Line {
 }
 
 impl Line {
-    fn of(grid: &Grid, axis: usize) -> Line {
+    fn of(grid: &Grid, axis: usize, first: usize) -> Line {
         let (shift, unit) = match (grid.center, [grid.width, grid.height][axis]) {
             (true, n) => (0.5, n.max(1)),
             (false, 1) => (0.5, 1),
             (false, n) => (0.0, n.max(2) - 1),
         };
         let [scale, added] = [grid.scale[axis], grid.offset[axis]].map(f64::from);
-        Line { axis, shift, unit: unit as f64, scale, added }
+        Line { axis, first: first as i32, shift, unit: unit as f64, scale, added }
     }
 
     /// 0 for u, 1 for v.
@@ -84,7 +86,7 @@ impl Line {
     /// The coordinate at an offset from the centre of a pixel. **Units:** pixels.
     #[inline(always)]
     pub fn at(&self, pixel: i32, offset: f32) -> f32 {
-        let here = f64::from(pixel) + f64::from(offset) + self.shift;
+        let here = f64::from(pixel.wrapping_add(self.first)) + f64::from(offset) + self.shift;
         (self.scale * (here / self.unit) + self.added) as f32
     }
 }
@@ -149,7 +151,7 @@ fn coordinate(grid: &Grid, axis: usize, place: &PixelPosition) -> f32 {
 
 /// u or v at some positions.
 fn coordinates(grid: &Grid, axis: usize, places: &[PixelPosition], lanes: &mut [f32]) {
-    let line = Line::of(grid, axis);
+    let line = Line::of(grid, axis, 0);
     let all = lanes.iter_mut().zip(places);
     all.for_each(|(x, place)| *x = line.at(place.pixel[axis] as i32, place.offset[axis]));
     let centres = lanes.iter_mut().zip(places).filter(|(_, place)| place.offset[axis] == 0.0);
@@ -184,6 +186,39 @@ fn fill(
     }
 }
 
+/// Writes a global of a grid for the centres of some pixels of a part of it, which begins at a pixel and is so
+/// many columns wide.
+fn fill_centres(
+    (grid, first, columns): (&Grid, [usize; 2], usize),
+    global: Global,
+    pixels: &[u32],
+    (width, lanes): (usize, &mut [f32]),
+) {
+    let columns = columns.max(1) as u32;
+    fill(global, (pixels.len(), width), lanes, |axis, lanes| {
+        let (mut row, n) = (Row::default(), [grid.width, grid.height][axis]);
+        for (x, pixel) in lanes.iter_mut().zip(pixels) {
+            *x = grid.coordinate(axis, row.of(*pixel, columns)[axis] as usize + first[axis], n);
+        }
+    });
+}
+
+/// Writes a global of a grid for a range of positions in a part of it, which begins at a pixel. Returns false
+/// if one of them lies at the centre of a pixel.
+fn fill_between(
+    (grid, first): (&Grid, [usize; 2]),
+    global: Global,
+    places: &dyn Positions,
+    (range, lanes): (Range<usize>, &mut [f32]),
+) -> bool {
+    let count = places.count().saturating_sub(range.start).min(range.len());
+    let mut are_between = true;
+    fill(global, (count, range.len()), lanes, |axis, lanes| {
+        are_between &= places.along(&Line::of(grid, axis, first[axis]), range.start, lanes);
+    });
+    are_between
+}
+
 impl Surface for Grid {
     fn size(&self) -> (usize, usize) {
         (self.width, self.height)
@@ -194,22 +229,11 @@ impl Surface for Grid {
     }
 
     fn fill_centres(&self, global: Global, pixels: &[u32], width: usize, lanes: &mut [f32]) {
-        let columns = self.width.max(1) as u32;
-        fill(global, (pixels.len(), width), lanes, |axis, lanes| {
-            let (mut row, n) = (Row::default(), [self.width, self.height][axis]);
-            for (x, pixel) in lanes.iter_mut().zip(pixels) {
-                *x = self.coordinate(axis, row.of(*pixel, columns)[axis] as usize, n);
-            }
-        });
+        fill_centres((self, [0; 2], self.width), global, pixels, (width, lanes));
     }
 
     fn fill_between(&self, global: Global, places: &dyn Positions, range: Range<usize>, lanes: &mut [f32]) {
-        let count = places.count().saturating_sub(range.start).min(range.len());
-        let mut is_between = true;
-        fill(global, (count, range.len()), lanes, |axis, lanes| {
-            is_between &= places.along(&Line::of(self, axis), range.start, lanes);
-        });
-        if !is_between {
+        if !fill_between((self, [0; 2]), global, places, (range.clone(), lanes)) {
             self.fill_at(global, &places.some(range.start, range.len()), range.len(), lanes);
         }
     }
@@ -234,6 +258,16 @@ impl Surface for Crop {
     fn fill_at(&self, global: Global, places: &[PixelPosition], width: usize, lanes: &mut [f32]) {
         let places: Vec<PixelPosition> = places.iter().map(|place| whole(self, *place)).collect();
         self.grid.fill_at(global, &places, width, lanes);
+    }
+
+    fn fill_centres(&self, global: Global, pixels: &[u32], width: usize, lanes: &mut [f32]) {
+        fill_centres((&self.grid, self.whole([0; 2]), Crop::size(self).0), global, pixels, (width, lanes));
+    }
+
+    fn fill_between(&self, global: Global, places: &dyn Positions, range: Range<usize>, lanes: &mut [f32]) {
+        if !fill_between((&self.grid, self.whole([0; 2])), global, places, (range.clone(), lanes)) {
+            self.fill_at(global, &places.some(range.start, range.len()), range.len(), lanes);
+        }
     }
 
     fn attribute_at(
@@ -305,6 +339,7 @@ impl<S: Surface> Surface for WithData<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample::{Filter, Pattern};
 
     #[test]
     fn centres_have_the_bits_of_the_grid_and_neighbours_meet() {
@@ -316,6 +351,67 @@ mod tests {
                 let next = PixelPosition { pixel: [i + 1, 0], offset: [-0.5, 0.0] };
                 assert_eq!(coordinate(&grid, 0, &place(0.5)), coordinate(&grid, 0, &next));
             }
+        }
+    }
+
+    #[test]
+    fn a_crop_has_the_bits_of_the_whole_grid() {
+        for center in [false, true] {
+            let grid = Grid { center, scale: [3.7, 0.3], offset: [0.1, -7.0], ..Grid::new(37, 23) };
+            let crop = Crop::new(grid.clone(), 5..31, 4..20);
+            let (columns, rows) = Surface::size(&crop);
+            let own: Vec<u32> = (0..(columns * rows) as u32).step_by(7).collect();
+            let whole = |pixel: &u32| {
+                let [x, y] = crop.whole([*pixel as usize % columns, *pixel as usize / columns]);
+                (y * grid.width + x) as u32
+            };
+            let all: Vec<u32> = own.iter().map(whole).collect();
+            let (pattern, filter) = (Pattern::new(4, 1), Filter::default());
+            for (own, all) in own.iter().zip(&all) {
+                let at =
+                    |pixel: u32, width: usize| Fixed { pixel, width, pattern: &pattern, filter: &filter };
+                let (a, b) = (at(*own, columns), at(*all, grid.width));
+                for global in [Global::P, Global::U, Global::V] {
+                    let (mut x, mut y) = (vec![0.0; 12], vec![0.0; 12]);
+                    crop.fill_between(global, &a, 0..4, &mut x);
+                    grid.fill_between(global, &b, 0..4, &mut y);
+                    assert_eq!(x, y, "{global:?}");
+                    let (mut x, mut y) = (vec![0.0; 3], vec![0.0; 3]);
+                    crop.fill_centres(global, &[*own], 1, &mut x);
+                    grid.fill_centres(global, &[*all], 1, &mut y);
+                    assert_eq!(x, y, "{global:?}");
+                }
+            }
+        }
+    }
+
+    /// The samples of a pixel, which are those of pixel 0 of the pattern.
+    struct Fixed<'a> {
+        pixel: u32,
+        width: usize,
+        pattern: &'a Pattern,
+        filter: &'a Filter,
+    }
+
+    impl Positions for Fixed<'_> {
+        fn count(&self) -> usize {
+            4
+        }
+
+        fn some(&self, first: usize, count: usize) -> Vec<PixelPosition> {
+            let pixel = [self.pixel % self.width as u32, self.pixel / self.width as u32];
+            let of =
+                |sample: &[f32; 2]| PixelPosition { pixel, offset: sample.map(|s| self.filter.place(s).0) };
+            self.pattern.of(0).iter().skip(first).take(count).map(of).collect()
+        }
+
+        fn along(&self, line: &Line, first: usize, lanes: &mut [f32]) -> bool {
+            let places = self.some(first, lanes.len());
+            let axis = line.axis();
+            lanes.iter_mut().zip(&places).for_each(|(x, place)| {
+                *x = line.at(place.pixel[axis] as i32, place.offset[axis]);
+            });
+            true
         }
     }
 }

@@ -94,6 +94,8 @@ impl Plan {
     pub(super) fn samples(self) -> u32 {
         match self {
             Plan::Samples(samples, ..) => samples,
+            // A second look takes so many; the pilot makes more if they are needed.
+            Plan::MaxError(..) => 32,
             _ => 64,
         }
     }
