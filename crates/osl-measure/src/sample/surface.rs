@@ -186,8 +186,8 @@ fn fill(
     }
 }
 
-/// Writes a global of a grid for the centres of some pixels of a part of it, which begins at a pixel and is so
-/// many columns wide.
+/// Writes a global of a grid for the centres of some pixels of a part of it, which begins at a pixel and is
+/// so many columns wide.
 fn fill_centres(
     (grid, first, columns): (&Grid, [usize; 2], usize),
     global: Global,
