@@ -9,6 +9,9 @@
     reason = "a test says what must hold"
 )]
 
+#[path = "stability/sentences.rs"]
+mod sentences;
+
 use osl::stages;
 use osl_exec::Services;
 use osl_limits::Limits;

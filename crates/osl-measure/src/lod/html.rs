@@ -72,7 +72,7 @@ fn table(titles: &[impl AsRef<str>], rows: impl Iterator<Item = (bool, Vec<Strin
     page.push_str("</table></div>");
 }
 
-/// Says of which outputs there are pictures, if some have none.
+/// Names the outputs that have pictures, if others have none.
 fn shown_outputs(report: &Report, page: &mut String) {
     let has_picture = |name: &&String| report.pictures.iter().any(|picture| picture.output == **name);
     let shown: Vec<&str> = report.outputs.iter().filter(has_picture).map(String::as_str).collect();

@@ -31,7 +31,7 @@ use std::collections::BTreeMap;
 /// An argument counts as nearly right up to this relative error.
 const CLOSE: f64 = 1e-4;
 
-/// The part of all errors that one has at least of which it is asked whether a loop adds it up.
+/// A loop is suspected of adding up an error that is at least this share of all errors.
 const REPEATED: f64 = 0.1;
 
 /// An instruction that magnifies this many times less than a later one is not the one to look at first.

@@ -38,8 +38,8 @@ fn measured<'a>(trade: &'a Trade, output: &'a Output) -> Measured<'a> {
     Measured { rows: &trade.rows, errors: &output.errors, oracle: output.oracle_error }
 }
 
-/// The row to take for each error, of which the largest comes first. A row that is taken for a smaller error
-/// is also taken for a larger one unless another one is faster.
+/// The row to take for each error, the largest error first. The row for a smaller error is also the one for a
+/// larger error, unless another row is faster.
 fn choices<'a>(trade: &'a Trade, output: &Output, bounds: &[f64]) -> Vec<Option<&'a Row>> {
     let mut list: Vec<Option<&Row>> = Vec::new();
     for bound in bounds.iter().rev() {
@@ -264,7 +264,7 @@ mod tests {
             ("strict", Setting::Samples(1), 58.0, 0.2),
         ];
         let (mut trade, output) = trade(&list, 1.0);
-        // The times vary so much that none is faster than another.
+        // The times vary too much to say which row is faster.
         trade.rows.iter_mut().for_each(|row| row.ns_least = 1.0);
         let text = advice(&trade, &output);
         assert_eq!(text.matches("take `--samples 1 --prefilter`, 0.012 µs").count(), 3, "{text}");

@@ -43,8 +43,7 @@ impl Measured<'_> {
     /// first one is taken.
     ///
     /// A row leaves only because of a row that stays. "Not slower beyond the spread" does not carry over from
-    /// row to row: in a chain of rows of which each is beaten by the next, the last one need not beat the
-    /// first.
+    /// row to row: if a row beats a second one, and that beats a third one, the first need not beat the third.
     pub(super) fn front(&self) -> Vec<usize> {
         let mut open: Vec<usize> = (0..self.rows.len().min(self.errors.len())).collect();
         let mut front: Vec<usize> = Vec::new();

@@ -172,9 +172,9 @@ pub struct Output {
     pub oracle_error: f64,
     /// Errors, one for each row of the trade, with the oracle's own error subtracted.
     pub errors: Vec<Error>,
-    /// The front: rows of which none beats another in time or root mean square error without being worse in
-    /// the other, the fastest first. Each other row is beaten by one of them. Differences within the spread
-    /// of the times, and errors that differ by less than 2 %, do not count.
+    /// The front, the fastest row first. No row of it is better than another one in time or root mean square
+    /// error without being worse in the other of the two. Each row outside is beaten by one of the front.
+    /// Differences within the spread of the times, and errors that differ by less than 2 %, do not count.
     pub front: Vec<usize>,
     /// Pictures of the errors, one for each row of the front.
     #[serde(skip)]

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// Runs of each of the two commands in turns, the fastest of which count, unless they take long. **Units:**
-/// milliseconds.
+/// The two commands run in turns, so many times each; the fastest run of each counts.
 const RUNS: usize = 9;
+/// If both together take longer than this, they run once. **Units:** milliseconds.
 const LONG: f64 = 1000.0;
 
 /// Where the times are kept.

@@ -61,7 +61,7 @@ fn ready() -> &'static [Ready] {
 /// Variables that are opened one by one.
 const VARIABLES: usize = 6;
 /// How deep variables are opened all together.
-const DEPTH: usize = 3;
+pub(super) const DEPTH: usize = 3;
 
 /// The rewrites of a shader that take part in one of these lines.
 pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> {

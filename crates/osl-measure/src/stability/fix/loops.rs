@@ -170,6 +170,11 @@ fn addition_of_one(e: &Expr) -> Option<bool> {
     Some(is_own && literal(right) == Some(1))
 }
 
+/// Whether an expression is the number 0.
+pub(super) fn is_zero(e: &Expr) -> bool {
+    matches!(e.kind, ExprKind::Int(0)) || matches!(e.kind, ExprKind::Float(x) if x == 0.0)
+}
+
 fn literal(e: &Expr) -> Option<i32> {
     match &e.kind {
         ExprKind::Int(n) => Some(*n),
@@ -217,10 +222,8 @@ fn multiple(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
     };
     let step_text = if step_binds < binds::WHOLE { format!("({step_text})") } else { step_text };
     let product = format!("{count} * {step_text}");
-    let is_zero =
-        matches!(start.kind, ExprKind::Int(0)) || matches!(start.kind, ExprKind::Float(x) if x == 0.0);
     let start_text = if start_binds < binds::SUM { format!("({start_text})") } else { start_text };
-    let value = match (is_zero, adding.is_subtracted) {
+    let value = match (is_zero(start), adding.is_subtracted) {
         (true, false) => product,
         (true, true) => format!("-{product}"),
         (false, false) => format!("{start_text} + {product}"),

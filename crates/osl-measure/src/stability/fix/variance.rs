@@ -3,13 +3,13 @@
 //!
 //! This module must not know whether a rewrite helps.
 
-use super::candidates::{Candidate, insertion};
-use super::loops::{Adding, additions, outermost};
+use super::candidates::{Candidate, DEPTH, insertion, placed};
+use super::loops::{Adding, additions, is_zero, outermost};
 use super::matching::{PatternMatch, find};
 use super::source::{Opening, Site, Source};
 use super::term::{Head, Term, parse, product, word};
 use super::writing::{show, with_factors, with_rest};
-use osl_hir::hir::{ExprKind, StmtKind, VarId};
+use osl_hir::hir::{StmtKind, VarId};
 use osl_ir::types::Type;
 use osl_syntax::diagnostic::Edit;
 use std::collections::BTreeSet;
@@ -17,9 +17,6 @@ use std::collections::BTreeSet;
 /// The variance times the number of values, or the variance itself, with the sum of the squares `q`, the sum
 /// `s`, and the number `n`; and whether the squares of the differences have to be divided by `n`.
 const FORMS: [(&str, bool); 2] = [("q / n - s * s / (n * n)", true), ("q - s * s / n", false)];
-
-/// How deep the variables of an expression are opened.
-const DEPTH: usize = 3;
 
 /// The sum of some values and the sum of their squares.
 struct Sums<'l, 'p> {
@@ -55,9 +52,7 @@ fn pair<'l, 'p>(
 ) -> Option<Sums<'l, 'p>> {
     let is_plain = |adding: &Adding<'_>| {
         let var = adding.place.var;
-        let starts_at_zero = source.value(var).is_some_and(|start| {
-            matches!(start.kind, ExprKind::Int(0)) || matches!(start.kind, ExprKind::Float(x) if x == 0.0)
-        });
+        let starts_at_zero = source.value(var).is_some_and(is_zero);
         adding.in_every_round && !adding.is_subtracted && starts_at_zero && source.writes(var).len() == 1
     };
     let same_rounds = values.rounds.last()?.stmt.span == squares.rounds.last()?.stmt.span
@@ -118,7 +113,7 @@ fn rewrite(
         false => leaf(spread),
     };
     let term = with_factors(with_rest(term, true, found), found);
-    let new = super::candidates::placed(source, site, &term)?;
+    let new = placed(source, site, &term)?;
     let text = source.reader.text;
     let old = text.get(site.expr.span.start as usize..site.expr.span.end as usize)?;
     let line = source.line(site.expr.span)?;

@@ -1,34 +1,9 @@
 //! What a stability report says must hold: ranges, factors, figures, and who is to blame for what.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    missing_docs,
-    reason = "a test says what must hold"
-)]
-
-use osl::stages;
-use osl_exec::Services;
-use osl_limits::Limits;
-use osl_measure::stability::{self, Base, Culprit, Knob, Report, Subject};
-use osl_scene::Grid;
-use osl_syntax::{NoFiles, Options};
+use osl_measure::stability::{self, Culprit, Knob, Report};
 
 fn examine(text: &str, knobs: &[Knob]) -> Report {
-    let checked = stages::check("s.osl", text, &NoFiles, &Options::default());
-    let program = checked.program.expect("it compiles");
-    let base = |params: &[(String, String)]| {
-        let plain = stages::lower(&program, params).ok()?;
-        let noted = stages::lower_noted(&program, params).ok()?;
-        Some(Base::new(plain, noted, None, &Limits::default()))
-    };
-    let services = Services::default();
-    let limits = Limits::default();
-    let subject = Subject::new(&services, base(&[]).expect("it lowers"), &limits);
-    let variant = |name: &str, value: &str| base(&[(name.to_string(), value.to_string())]);
-    let grid = Grid::new(64, 64);
-    stability::examine(&subject, &grid, 0.01, knobs, &variant, &checked.sources, "s").report
+    super::examine("s", text, knobs).report
 }
 
 fn told(report: &Report) -> String {
