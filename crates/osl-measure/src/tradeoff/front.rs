@@ -43,7 +43,8 @@ impl Measured<'_> {
     /// first one is taken.
     ///
     /// A row leaves only because of a row that stays. "Not slower beyond the spread" does not carry over from
-    /// row to row: if a row beats a second one, and that beats a third one, the first need not beat the third.
+    /// row to row: if a row beats a second one, and that beats a third one, the first need not beat the
+    /// third.
     pub(super) fn front(&self) -> Vec<usize> {
         let mut open: Vec<usize> = (0..self.rows.len().min(self.errors.len())).collect();
         let mut front: Vec<usize> = Vec::new();
