@@ -3,7 +3,7 @@
 
 use crate::run;
 use osl::stages;
-use osl_exec::{Frame, Isa, Native, RunOptions, Services};
+use osl_exec::{Frame, Isa, Native, PointSource, RunOptions, Services};
 use osl_ir::ir::{Body, print, read::read, validate};
 use osl_ir::passes::{self, Pass};
 use osl_lower::params::ParamValues;
@@ -37,14 +37,16 @@ pub struct Way {
     pub native: Native,
     /// The instruction set.
     pub isa: Isa,
+    /// Whether the program is compiled for the grid: with fewer globals that vary, and affine spaces.
+    pub for_grid: bool,
 }
 
 /// The way with which others are compared: all passes, small batches.
 pub fn plain() -> Way {
-    Way { without: Vec::new(), batch: 16, native: Native::Never, isa: Isa::detect() }
+    Way { without: Vec::new(), batch: 16, native: Native::Never, isa: Isa::detect(), for_grid: false }
 }
 
-/// All other ways: without each pass, without any, with large batches, on each instruction set.
+/// All other ways: without each pass, without any, for the grid, with large batches, on each instruction set.
 pub fn ways() -> Vec<Way> {
     let mut ways: Vec<Way> = SWITCHABLE.iter().map(|p| Way { without: vec![*p], ..plain() }).collect();
     ways.push(Way { without: SWITCHABLE.to_vec(), ..plain() });
@@ -52,6 +54,10 @@ pub fn ways() -> Vec<Way> {
     ways.push(Way { without: SWITCHABLE.to_vec(), batch: 256, isa: Isa::baseline(), ..plain() });
     let loops = vec![Pass::Unroll, Pass::Flatten];
     ways.push(Way { without: loops, batch: 32, native: Native::Always, ..plain() });
+    let for_grid = Way { for_grid: true, ..plain() };
+    ways.push(Way { native: Native::Always, batch: 32, ..for_grid.clone() });
+    ways.push(Way { without: vec![Pass::Unroll, Pass::Flatten, Pass::Fold], ..for_grid.clone() });
+    ways.push(for_grid);
     ways.extend(Isa::all().into_iter().map(|isa| Way { batch: 64, native: Native::Always, isa, ..plain() }));
     ways.extend(Isa::all().into_iter().map(|isa| Way { isa, ..plain() }));
     ways
@@ -106,7 +112,12 @@ pub struct Shown {
 /// The body is invalid, before or after the passes.
 pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let grid = grid();
-    let options = passes::Options { without: way.without.clone(), ..passes::Options::default() };
+    let mut options = passes::Options { without: way.without.clone(), ..passes::Options::default() };
+    if way.for_grid {
+        options.varying = grid.varying().to_vec();
+        options.derivs = grid.varying_derivs().to_vec();
+        options.affine = services().spaces.affine();
+    }
     let stages::Compiled { body: passed, program, .. } = stages::finish(body.clone(), &options);
     validate::validate(&passed)?;
     // Without some passes it can be large.

@@ -3,6 +3,7 @@
 use osl_ir::Span;
 use osl_ir::global::Global;
 use osl_limits::Halt;
+use std::sync::Arc;
 
 /// Why a run stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -21,6 +22,9 @@ pub enum RunError {
     /// The points trace rays, and the program was compiled for points that do not.
     #[error("the points trace rays, and the program was compiled for points that do not")]
     Traces,
+    /// The matrix of a space is not affine, and the program was compiled for one that is.
+    #[error("the matrix of space \"{0}\" is not affine, and the program was compiled for one that is")]
+    NotAffine(Arc<str>),
     /// A point exceeds its limit of steps.
     #[error("point {point} takes more than {steps} steps")]
     TooManySteps {

@@ -7,6 +7,9 @@
 //! `compile` makes a program out of parts that `step`, beside this module, defines.
 
 mod compile;
+mod file;
+mod homes;
+mod lasting;
 mod per_cell;
 mod uses;
 mod weight;
@@ -14,6 +17,7 @@ mod weight;
 use crate::error::RunError;
 use crate::native::Plans;
 use crate::register::LINE;
+use crate::services::Services;
 use crate::source::PointSource;
 use crate::step::{Array, Mark, Operand, OutputPlan, OutputSource, Seed, Step, Steps};
 use compile::Compiler;
@@ -63,6 +67,8 @@ pub struct Program {
     pub(crate) groups: usize,
     /// Number of branches and loops.
     pub(crate) regions: u32,
+    /// Number of steps whose result is the same in every batch.
+    pub(crate) lasting: u32,
     /// Whether everything that it does is uniform, so that one run is enough.
     pub(crate) uniform: bool,
     /// Steps charged to each point before anything runs.
@@ -104,8 +110,19 @@ impl Program {
         let mut compiler = Compiler::new(body);
         let steps = compiler.block(body.entry);
         let outputs = compiler.outputs();
-        let Compiler { registers, cells, words, globals, derivs, inputs, strings, marks, regions, .. } =
-            compiler;
+        let Compiler {
+            registers,
+            cells,
+            words,
+            globals,
+            derivs,
+            inputs,
+            strings,
+            marks,
+            regions,
+            lasting,
+            ..
+        } = compiler;
         let arrays: Vec<Array> = body
             .slots
             .iter()
@@ -146,6 +163,7 @@ impl Program {
             layers: body.layers.clone(),
             groups: per_cell::groups(body),
             regions,
+            lasting: lasting.steps,
             native: Arc::new(Plans::new(regions)),
             inputs: body.inputs.clone(),
             input_words: inputs,
@@ -180,13 +198,13 @@ impl Program {
         true
     }
 
-    /// Checks that a source keeps to what the program was compiled for.
+    /// Checks that a source and the spaces keep to what the program was compiled for.
     ///
     /// # Errors
-    /// Something differs from point to point that the program takes for the same at all of them, or the
-    /// source traces rays and the program was compiled without them.
-    pub(crate) fn accepts(&self, source: &dyn PointSource) -> Result<(), RunError> {
-        let Assumptions { varying, derivs, traces, .. } = &self.assumptions;
+    /// Something differs from point to point that the program takes for the same at all of them, the source
+    /// traces rays and the program was compiled without them, or a space is not affine.
+    pub(crate) fn accepts(&self, source: &dyn PointSource, services: &Services) -> Result<(), RunError> {
+        let Assumptions { varying, derivs, traces, affine, .. } = &self.assumptions;
         let beyond =
             |here: &[Global], known: &[Global]| here.iter().find(|global| !known.contains(global)).copied();
         if let Some(global) = beyond(source.varying(), varying) {
@@ -197,6 +215,9 @@ impl Program {
         }
         if source.traces() && !traces {
             return Err(RunError::Traces);
+        }
+        if let Some(name) = affine.iter().find(|name| !services.spaces.is_affine(name)) {
+            return Err(RunError::NotAffine(name.clone()));
         }
         Ok(())
     }

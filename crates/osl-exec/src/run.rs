@@ -161,7 +161,7 @@ impl<'a> Run<'a> {
         progress: &(dyn Fn(usize) + Sync),
         look: Option<&Look<'_>>,
     ) -> Result<Frame, RunError> {
-        self.program.accepts(self.source)?;
+        self.program.accepts(self.source, self.services)?;
         match self.program.arithmetic() {
             Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress, look),
             Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress, look),

@@ -56,6 +56,28 @@ impl Spaces {
         self.find = Some(find);
     }
 
+    /// The spaces whose matrices to and from common space are affine, with finite elements. There are none
+    /// if a function finds spaces, since it may answer otherwise the next time.
+    pub fn affine(&self) -> Vec<Arc<str>> {
+        let names = self.to_common.keys().filter(|name| self.is_affine(name));
+        let mut names: Vec<Arc<str>> = names.map(|name| name.as_str().into()).collect();
+        names.sort();
+        names
+    }
+
+    /// Whether the matrices of a space are affine.
+    pub(crate) fn is_affine(&self, name: &str) -> bool {
+        let is_affine = |m: &[f32; 16]| {
+            let [x, y, z, w] = [m[3], m[7], m[11], m[15]];
+            [x, y, z, w] == [0.0, 0.0, 0.0, 1.0] && m.iter().all(|x| x.is_finite())
+        };
+        // Then the products with other such matrices are affine too.
+        let is_space = |m: &[f32; 16]| is_affine(m) && is_affine(&osl_numeric::matrix::inverse(*m));
+        self.find.is_none()
+            && !self.from_common.contains_key(name)
+            && self.to_common.get(name).is_some_and(is_space)
+    }
+
     fn to_common(&self, name: &str) -> Option<[f32; 16]> {
         let found = self.find.as_ref().and_then(|find| find(name));
         found.or_else(|| self.to_common.get(name).copied())

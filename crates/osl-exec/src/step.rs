@@ -74,6 +74,8 @@ pub(crate) enum Step {
         then: Steps,
         otherwise: Steps,
         results: Vec<[Operand; 3]>,
+        /// As in [`LaneStep`], if everything in it lasts too.
+        lasting: u32,
     },
     Loop {
         region: u32,
@@ -112,7 +114,12 @@ pub(crate) struct LaneStep {
     pub(crate) out: Operand,
     /// The position of its instruction in the program, and the last position at which its result is read.
     pub(crate) life: (u32, u32),
+    /// Its number among the steps whose result is the same in every batch; `NEVER` if it is another.
+    pub(crate) lasting: u32,
 }
+
+/// The number of a step whose result differs from batch to batch.
+pub(crate) const NEVER: u32 = u32::MAX;
 
 /// A step that reads an element of an array.
 #[derive(Clone, Copy, Debug)]
@@ -156,7 +163,20 @@ impl LaneStep {
         let mut args = [out; MAX_ARGS];
         args.iter_mut().zip(list).for_each(|(to, from)| *to = *from);
         let parts = out.words / op.shape().result.words().max(1);
-        LaneStep { op, args, count: list.len().min(MAX_ARGS) as u8, parts: parts as u8, out, life }
+        LaneStep {
+            op,
+            args,
+            count: list.len().min(MAX_ARGS) as u8,
+            parts: parts as u8,
+            out,
+            life,
+            lasting: NEVER,
+        }
+    }
+
+    /// The same, with its number among the steps whose result is the same in every batch.
+    pub(crate) fn lasting(self, lasting: u32) -> LaneStep {
+        LaneStep { lasting, ..self }
     }
 
     /// Its arguments.
@@ -174,6 +194,8 @@ pub(crate) struct KernelStep {
     pub(crate) kinds: Vec<Kind>,
     pub(crate) outs: Vec<Operand>,
     pub(crate) span: Span,
+    /// As in [`LaneStep`].
+    pub(crate) lasting: u32,
 }
 
 /// A value that a loop carries.

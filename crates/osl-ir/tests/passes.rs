@@ -1,6 +1,6 @@
 //! Each pass over text: the files in `passes/PASS` hold a body before the pass, `---`, and the body after it.
 //!
-//! A line `# options: …` before the body sets options: `outputs NAME…`, `varying GLOBAL…`, `derivs GLOBAL…`,
+//! A line `# options: …` before the body sets options: `outputs NAME…`, `varying GLOBAL…`, `derivs GLOBAL…`, `affine SPACE…`,
 //! `prefilter SCALE`. Other lines with `#` say what the file shows. `UPDATE_IR=1` writes the bodies anew:
 //! read the difference before you commit it.
 
@@ -33,6 +33,7 @@ fn options(comments: &str) -> Options {
         match option {
             Some("outputs") => options.outputs = Some(words.map(Into::into).collect()),
             Some("varying") => options.varying = globals(words),
+            Some("affine") => options.affine = words.map(Into::into).collect(),
             Some("derivs") => options.derivs = globals(words),
             Some("prefilter") => {
                 options.prefilter = words.next().map(|scale| Prefilter::all(scale.parse().unwrap()));

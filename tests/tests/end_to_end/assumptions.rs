@@ -113,6 +113,32 @@ fn rays_that_the_program_leaves_out_are_refused() {
     assert_eq!(values(&with, &points), [0.0, 1.0, 0.0, 1.0]);
 }
 
+/// Between affine spaces, points change like vectors, which is wrong for others.
+#[test]
+fn spaces_that_are_not_affine_are_refused() {
+    let matrix = |w: f32| [1., 0., 0., w, 0., 2., 0., 0., 0., 0., 1., 0., 5., 0., 0., 1.];
+    let services = |w: f32| {
+        let mut services = run::services();
+        services.spaces.set("own", matrix(w));
+        services
+    };
+    let affine = services(0.0).spaces.affine();
+    assert!(affine.iter().any(|name| &**name == "own"), "{affine:?}");
+    assert!(!services(0.5).spaces.affine().iter().any(|name| &**name == "own"));
+    let text =
+        "vector a = Dy(transform(\"own\", \"common\", P)), b = Dx(transform(\"own\", P)); out = a[1] + b[0];";
+    let program = compile(text, &passes::Options { affine, ..of(&[Global::P], &[]) });
+    let points = Points { varying: vec![Global::P], ..Points::default() };
+    let shade = |w: f32| osl_exec::run(&program, &services(w), &points, &RunOptions::default(), &|_| ());
+    assert_eq!(shade(0.0).unwrap().planes[0].floats(), [14.0 + 7.0; 4]);
+    let error = shade(0.5).unwrap_err();
+    assert_eq!(error, RunError::NotAffine("own".into()));
+    assert_eq!(
+        error.to_string(),
+        "the matrix of space \"own\" is not affine, and the program was compiled for one that is"
+    );
+}
+
 /// The refusal does not depend on what the shader reads.
 #[test]
 fn what_is_refused_does_not_depend_on_the_shader() {

@@ -14,6 +14,7 @@
 
 mod arithmetic;
 mod assumptions;
+mod branches;
 mod calls;
 mod circles;
 mod composed;

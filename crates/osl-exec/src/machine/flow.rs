@@ -3,7 +3,7 @@
 use super::{Machine, Mask};
 use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
-use crate::step::{LoopParam, Operand, Steps};
+use crate::step::{LoopParam, Operand, Step, Steps};
 use osl_ir::Span;
 use osl_lanes::{Arg, Word};
 
@@ -36,6 +36,14 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             results.iter().for_each(|[r, _, b]| self.copy(*b, *r, no_mask));
         }
         Ok(())
+    }
+
+    /// Charges for a branch that does not run, since its results are those of an earlier batch.
+    pub(super) fn spend_again(&mut self, step: &Step, mask: &Mask) {
+        let Step::If { cond, then, otherwise, .. } = step else { return };
+        let side = if self.bits(*cond, 0) != 0 { then } else { otherwise };
+        self.spend(side.weight, mask);
+        side.list.iter().for_each(|step| self.spend_again(step, mask));
     }
 
     pub(super) fn round(

@@ -17,6 +17,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 self.noise(*field, usize::from(*dims), *has_derivs, args, outs);
             }
             Kernel::NamedNoise { .. } => self.named_noise(step, mask),
+            Kernel::SpaceMatrix { .. } if self.has_lasted(step.lasting) => {}
             Kernel::SpaceMatrix { both } => self.space_matrix(*both, step, mask),
             Kernel::FindSpace => self.find_space(step, mask),
             Kernel::ColorBetween => self.color_between(step, mask),

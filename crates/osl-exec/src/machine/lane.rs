@@ -85,7 +85,11 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     /// Queues a lane operation. A uniform operation is computed at once, since it depends on no lane.
     pub(super) fn queue(&mut self, step: &'a LaneStep) {
         match step.out.location {
-            Location::Words(at) => self.once(step, at),
+            Location::Words(at) => {
+                if !self.has_lasted(step.lasting) {
+                    self.once(step, at);
+                }
+            }
             Location::Lanes { component, .. } => {
                 let ones = step.args().iter().map(|arg| match arg.location {
                     Location::Lanes { cells: Some(cells), .. } => self.per_cell.is_one(cells.group).into(),

@@ -87,6 +87,8 @@ pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     limits: &'a Limits,
     /// The cost of the batch so far.
     work: work::Work,
+    /// Which steps with the same result in every batch have run.
+    lasting: Vec<bool>,
     /// Whether a batch has been run.
     ran: bool,
     /// The source of the points.
@@ -145,6 +147,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             region_numbers: Vec::new(),
             limits: &options.limits,
             work: work::Work::default(),
+            lasting: vec![false; program.lasting as usize],
             ran: false,
             source,
             first: 0,
@@ -225,6 +228,11 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         self.within_limits(None)?;
         self.ran = true;
         Ok(())
+    }
+
+    /// Whether a step with the same result in every batch has run. From now on, it has.
+    fn has_lasted(&mut self, number: u32) -> bool {
+        self.lasting.get_mut(number as usize).is_some_and(|ran| std::mem::replace(ran, true))
     }
 
     /// Sets a location to uniform values.
@@ -314,7 +322,8 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             }
             Step::Load(step) => self.load(step.array, step.index, step.out),
             Step::Store(step) => self.store(step.array, step.index, step.value, mask),
-            Step::If { region, cond, then, otherwise, results } => {
+            Step::If { lasting, .. } if self.has_lasted(*lasting) => self.spend_again(step, mask),
+            Step::If { region, cond, then, otherwise, results, .. } => {
                 let varies = matches!(cond.location, Location::Lanes { .. });
                 if !varies || !self.region(*region, step, mask)? {
                     self.branch(*cond, then, otherwise, results, mask)?
@@ -514,6 +523,9 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
 
     /// Copies a value to another location at the active lanes; at all lanes if the target is uniform.
     fn copy(&mut self, from: Operand, to: Operand, mask: &Mask) {
+        if from.location == to.location {
+            return;
+        }
         let mut target = self.take(to);
         let n = if matches!(to.location, Location::Words(_)) { 1 } else { self.width };
         for (component, lanes) in target.chunks_mut(n).enumerate().take(to.words as usize) {

@@ -1,5 +1,8 @@
 //! The compiler of one body: assigns locations to values, and turns instructions into steps.
 
+use super::file::File;
+use super::homes::{Home, Homes, occupant};
+use super::lasting::Lasting;
 use super::uses::Uses;
 use super::{per_cell, weigh};
 use crate::step::{
@@ -29,56 +32,13 @@ impl Strings {
     }
 }
 
-/// Registers of one kind; each is free again after the last use of its value.
-#[derive(Default)]
-pub(super) struct File {
-    /// Number of components of each.
-    pub(super) list: Vec<u32>,
-    /// Free registers by component count.
-    free: FxHashMap<u32, Vec<u32>>,
-    /// Registers that become free after a position.
-    ending: FxHashMap<u32, Vec<(u32, u32)>>,
-}
-
-impl File {
-    /// A register that becomes free after position `last`, if given.
-    fn take(&mut self, words: u32, last: Option<u32>) -> u32 {
-        match self.free.get_mut(&words).and_then(Vec::pop) {
-            Some(reg) => self.until(reg, words, last),
-            None => self.add(words, last),
-        }
-    }
-
-    /// A new register.
-    fn add(&mut self, words: u32, last: Option<u32>) -> u32 {
-        self.list.push(words);
-        self.until(self.list.len() as u32 - 1, words, last)
-    }
-
-    fn until(&mut self, reg: u32, words: u32, last: Option<u32>) -> u32 {
-        if let Some(last) = last {
-            self.ending.entry(last).or_default().push((words, reg));
-        }
-        reg
-    }
-
-    /// Frees the registers whose values end at a position.
-    fn end(&mut self, position: u32) {
-        for (words, reg) in self.ending.remove(&position).into_iter().flatten() {
-            self.free.entry(words).or_default().push(reg);
-        }
-    }
-}
-
 pub(super) struct Compiler<'a> {
     body: &'a Body,
     locations: Vec<Option<Location>>,
-    /// For a view, the value into whose register it points, and the component.
-    views: Vec<Option<(ValueId, u32)>>,
+    uses: Uses<'a>,
+    homes: Homes,
     /// Values per cell that single points read.
     exported: Vec<bool>,
-    /// Position of the last use of each value.
-    last_use: Vec<u32>,
     position: u32,
     /// The position of the last of neighbouring instructions of a group.
     members_end: u32,
@@ -86,6 +46,8 @@ pub(super) struct Compiler<'a> {
     cell_steps: u32,
     /// Number of loops around the current position.
     loops: u32,
+    /// Number of branches around the current position that some lanes take.
+    parted: u32,
     pub(super) registers: File,
     /// Registers with a word for each cell.
     pub(super) cells: File,
@@ -98,6 +60,7 @@ pub(super) struct Compiler<'a> {
     pub(super) marks: Vec<Mark>,
     /// Number of branches and loops.
     pub(super) regions: u32,
+    pub(super) lasting: Lasting<'a>,
     /// The mark of the step around the current position.
     around: Option<u32>,
 }
@@ -105,20 +68,21 @@ pub(super) struct Compiler<'a> {
 impl<'a> Compiler<'a> {
     pub(super) fn new(body: &'a Body) -> Self {
         let values = body.values.len();
-        let Uses { views, last_use, .. } = Uses::of(body);
-        let exported = per_cell::exported(body, &views);
+        let uses = Uses::of(body);
+        let exported = per_cell::exported(body, &uses.views);
         let mut strings = Strings::default();
         strings.number(&"".into());
         Compiler {
             body,
             locations: vec![None; values],
-            views,
+            uses,
+            homes: Homes::default(),
             exported,
-            last_use,
             position: 0,
             members_end: 0,
             cell_steps: 0,
             loops: 0,
+            parted: 0,
             registers: File::default(),
             cells: File::default(),
             words: Vec::new(),
@@ -128,6 +92,7 @@ impl<'a> Compiler<'a> {
             strings,
             marks: Vec::new(),
             regions: 0,
+            lasting: Lasting::new(body),
             around: None,
         }
     }
@@ -144,11 +109,13 @@ impl<'a> Compiler<'a> {
     /// Assigns a location to a value. Values of a valid body are defined before they are used.
     fn define(&mut self, v: ValueId) -> Location {
         let words = self.body.kind(v).words();
-        let location = if self.body.value(v).rate == Rate::Uniform {
+        let location = if let Some(home) = self.homes.take(v) {
+            Location::Lanes { reg: home.reg, component: 0, cells: None }
+        } else if self.body.value(v).rate == Rate::Uniform {
             self.words.resize(self.words.len() + words as usize, Seed::Computed);
             Location::Words((self.words.len() - words as usize) as u32)
         } else {
-            let last = self.last_use[v.index()].max(self.position);
+            let last = self.uses.last_use[v.index()].max(self.position);
             let reg = self.registers.take(words, Some(last));
             let cells = per_cell::group(self.body, v).map(|group| {
                 // A value that points or other steps on cells read has a register of its own. So it is kept
@@ -229,9 +196,9 @@ impl<'a> Compiler<'a> {
             .results
             .iter()
             .copied()
-            .filter(|r| self.exported[r.index()] && self.views[r.index()].is_none())
+            .filter(|r| self.exported[r.index()] && self.uses.views[r.index()].is_none())
             .collect();
-        let export = |r: ValueId| Export { last: self.last_use[r.index()], value: self.operand(r) };
+        let export = |r: ValueId| Export { last: self.uses.last_use[r.index()], value: self.operand(r) };
         let found: Vec<Export> = exported.into_iter().map(export).collect();
         if let Some(Step::PerCell { steps, exports, .. }) = steps.list.last_mut() {
             steps.list.extend(inner.list);
@@ -246,7 +213,7 @@ impl<'a> Compiler<'a> {
         let result = *inst.results.first()?;
         let words = self.body.kind(result).words();
         if self.body.value(result).rate == Rate::Varying {
-            let last = self.last_use[result.index()].max(self.position);
+            let last = self.uses.last_use[result.index()].max(self.position);
             let reg = self.registers.add(words, (self.loops == 0).then_some(last));
             self.locations[result.index()] = Some(Location::Lanes { reg, component: 0, cells: None });
         }
@@ -255,7 +222,7 @@ impl<'a> Compiler<'a> {
 
     /// The last position at which the result of an instruction is read.
     fn last(&self, inst: &Inst) -> u32 {
-        inst.results.first().map_or(u32::MAX, |r| self.last_use[r.index()])
+        inst.results.first().map_or(u32::MAX, |r| self.uses.last_use[r.index()])
     }
 
     /// Gives the results of an instruction their locations.
@@ -269,25 +236,67 @@ impl<'a> Compiler<'a> {
             .collect()
     }
 
+    /// Gives the results of a branch their locations, and the values that its sides yield the same ones where
+    /// they can have them.
+    fn branch_results(&mut self, inst: &Inst, parts: bool) -> Vec<Operand> {
+        let mut homes = Vec::new();
+        let mut results = Vec::new();
+        for (at, result) in inst.results.iter().enumerate() {
+            let taken = self.homes.take(*result);
+            let home = taken.or_else(|| if parts { None } else { self.taken_over(inst, at) });
+            if let Some(home) = home {
+                let location = Location::Lanes { reg: home.reg, component: 0, cells: None };
+                self.locations[result.index()] = Some(location);
+            } else {
+                self.define(*result);
+            }
+            let operand = self.operand(*result);
+            homes.push(home.or(match operand.location {
+                Location::Lanes { reg, cells: None, .. } => Some(Home { reg, occupant: None }),
+                _ => None,
+            }));
+            results.push(operand);
+        }
+        self.homes.pass(inst, &homes, (self.body, &self.uses));
+        results
+    }
+
+    /// The register of a value from before a branch, which one of its results takes over. Code for a region
+    /// must not change what it reads, and in a loop the value may be read again.
+    fn taken_over(&mut self, inst: &Inst, at: usize) -> Option<Home> {
+        let result = *inst.results.get(at).filter(|_| self.loops == 0 && self.parted == 0)?;
+        let v = occupant(inst, at, self.body, &self.uses)?;
+        let Some(Location::Lanes { reg, component: 0, cells: None }) = self.locations[v.index()] else {
+            return None;
+        };
+        let register = (self.body.kind(v).words(), reg);
+        let until = self.uses.last_use(result).max(self.uses.end(result));
+        let is_free = self.registers.keep(register, self.uses.last_use(v), until);
+        is_free.then(|| Home { reg, occupant: Some(v) })
+    }
+
     fn result(&mut self, inst: &Inst) -> Option<Operand> {
         self.results(inst).into_iter().next()
     }
 
-    fn inst(&mut self, inst: &Inst, steps: &mut Vec<Step>) {
+    fn inst(&mut self, inst: &'a Inst, steps: &mut Vec<Step>) {
         match &inst.op {
             Op::Const(value) => {
+                self.lasting.note(inst);
                 if let Some(out) = self.result(inst) {
                     self.constant(value, out, steps);
                 }
                 self.advance();
             }
             Op::Global(global) => {
+                self.lasting.note(inst);
                 if let Some(out) = self.given(inst) {
                     self.globals.push((*global, out));
                 }
                 self.advance();
             }
             Op::Input(index) => {
+                self.lasting.note(inst);
                 let body = self.body;
                 if let (Some(input), Some(out)) = (body.inputs.get(*index as usize), self.result(inst)) {
                     let at = match out.location {
@@ -300,17 +309,19 @@ impl<'a> Compiler<'a> {
                 self.advance();
             }
             Op::GlobalDeriv(global, axis) => {
+                self.lasting.note(inst);
                 if let Some(out) = self.given(inst) {
                     self.derivs.push((*global, *axis, out));
                 }
                 self.advance();
             }
             Op::Lane(op, args) => {
+                let lasting = self.lasting.note(inst);
                 if !self.view(inst) {
                     let args: Vec<Operand> = args.iter().map(|a| self.operand(*a)).collect();
                     if let Some(out) = self.result(inst) {
                         let life = (self.position, self.last(inst));
-                        steps.push(Step::Lane(LaneStep::new(*op, &args, out, life)));
+                        steps.push(Step::Lane(LaneStep::new(*op, &args, out, life).lasting(lasting)));
                     }
                 }
                 self.advance();
@@ -319,7 +330,9 @@ impl<'a> Compiler<'a> {
                 let kinds = args.iter().map(|a| self.body.kind(*a)).collect();
                 let args = args.iter().map(|a| self.operand(*a)).collect();
                 let outs = self.results(inst);
-                let step = KernelStep { kernel: kernel.clone(), args, kinds, outs, span: inst.span };
+                let lasting = self.lasting.note(inst);
+                let kernel = kernel.clone();
+                let step = KernelStep { kernel, args, kinds, outs, span: inst.span, lasting };
                 steps.push(Step::Kernel(Box::new(step)));
                 self.advance();
             }
@@ -348,16 +361,20 @@ impl<'a> Compiler<'a> {
             Op::Load(SlotId(_)) | Op::Store(..) | Op::Derivative(..) => self.advance(),
             Op::If { cond, then, otherwise, then_yields, else_yields } => {
                 let cond = self.operand(*cond);
-                let results = self.results(inst);
+                let parts = matches!(cond.location, Location::Lanes { .. });
+                let results = self.branch_results(inst, parts);
                 self.advance();
+                self.parted += u32::from(parts);
                 let then = self.block(*then);
                 let a: Vec<Operand> = then_yields.iter().map(|v| self.operand(*v)).collect();
                 self.advance();
                 let otherwise = self.block(*otherwise);
                 let b: Vec<Operand> = else_yields.iter().map(|v| self.operand(*v)).collect();
+                self.parted -= u32::from(parts);
+                let lasting = self.lasting.note(inst);
                 self.advance();
                 let results = results.into_iter().zip(a).zip(b).map(|((r, a), b)| [r, a, b]).collect();
-                steps.push(Step::If { region: self.region(), cond, then, otherwise, results });
+                steps.push(Step::If { region: self.region(), cond, then, otherwise, results, lasting });
             }
             Op::Loop { init, params, body, cond, next } => {
                 let first: Vec<Operand> = init.iter().map(|v| self.operand(*v)).collect();
@@ -374,7 +391,7 @@ impl<'a> Compiler<'a> {
                 self.loops -= 1;
                 for ((carried, next), result) in carried.iter_mut().zip(next).zip(&inst.results) {
                     carried.next = self.operand(*next);
-                    carried.is_read = self.last_use[result.index()] > self.position;
+                    carried.is_read = self.uses.last_use[result.index()] > self.position;
                 }
                 let cond = self.operand(*cond);
                 self.advance();
@@ -393,7 +410,9 @@ impl<'a> Compiler<'a> {
     /// Makes the result a view of the argument if possible. Returns whether it did.
     fn view(&mut self, inst: &Inst) -> bool {
         let Some(result) = inst.results.first().copied() else { return false };
-        let Some((root, component)) = self.views.get(result.index()).copied().flatten() else { return false };
+        let Some((root, component)) = self.uses.views.get(result.index()).copied().flatten() else {
+            return false;
+        };
         let location = match self.operand(root).location {
             Location::Lanes { reg, component: base, cells } => {
                 Location::Lanes { reg, component: base + component, cells }

@@ -12,6 +12,10 @@ pub(super) struct Uses<'a> {
     /// Position of the last use of each value.
     pub(super) last_use: Vec<u32>,
     defined: Vec<u32>,
+    /// The instruction of each value, unless it is a parameter of a loop.
+    definers: Vec<Option<&'a Inst>>,
+    /// The last position of the branch of which a value is a result.
+    ends: Vec<u32>,
     position: u32,
 }
 
@@ -24,6 +28,8 @@ impl<'a> Uses<'a> {
             views: vec![None; values],
             last_use: vec![0; values],
             defined: vec![0; values],
+            definers: vec![None; values],
+            ends: vec![0; values],
             position: 0,
         };
         uses.block(body.entry, &mut Vec::new());
@@ -36,25 +42,51 @@ impl<'a> Uses<'a> {
         uses
     }
 
+    /// The value into whose register a view points; another value itself.
+    pub(super) fn root(&self, v: ValueId) -> ValueId {
+        self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root)
+    }
+
+    /// The instruction of a value.
+    pub(super) fn definer(&self, v: ValueId) -> Option<&'a Inst> {
+        self.definers.get(v.index()).copied().flatten()
+    }
+
+    /// The position of the instruction of a value.
+    pub(super) fn defined_at(&self, v: ValueId) -> u32 {
+        self.defined.get(v.index()).copied().unwrap_or(0)
+    }
+
+    /// The last position of the branch of which a value is a result.
+    pub(super) fn end(&self, v: ValueId) -> u32 {
+        self.ends.get(v.index()).copied().unwrap_or(0)
+    }
+
+    /// The position of the last use of a value.
+    pub(super) fn last_use(&self, v: ValueId) -> u32 {
+        self.last_use.get(v.index()).copied().unwrap_or(u32::MAX)
+    }
+
     /// Records a use at a position.
     fn touch(&mut self, v: ValueId, at: u32) {
-        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
+        let root = self.root(v);
         let Some(last) = self.last_use.get_mut(root.index()) else { return };
         *last = (*last).max(at);
     }
 
     fn used(&mut self, v: ValueId, loops: &mut [LoopScope]) {
-        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
+        let root = self.root(v);
         self.touch(root, self.position);
-        let defined = self.defined.get(root.index()).copied().unwrap_or(0);
+        let defined = self.defined_at(root);
         for scope in loops.iter_mut().filter(|scope| defined <= scope.start) {
             scope.outside.push(root);
         }
     }
 
-    fn define(&mut self, inst: &Inst) {
+    fn define(&mut self, inst: &'a Inst) {
         for r in &inst.results {
             self.defined[r.index()] = self.position;
+            self.definers[r.index()] = Some(inst);
             self.last_use[r.index()] = self.last_use[r.index()].max(self.position);
         }
     }
@@ -75,6 +107,7 @@ impl<'a> Uses<'a> {
                     // Either side writes the results, so they are live during both.
                     for r in &inst.results {
                         self.touch(*r, self.position);
+                        self.ends[r.index()] = self.position;
                     }
                     self.position += 1;
                 }

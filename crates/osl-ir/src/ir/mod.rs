@@ -270,6 +270,8 @@ pub struct Assumptions {
     pub derivs: Vec<Global>,
     /// Whether rays may be traced. Otherwise no ray hits anything.
     pub traces: bool,
+    /// The spaces whose matrices to and from common space are affine.
+    pub affine: Vec<Arc<str>>,
     /// The arithmetic.
     pub arithmetic: Arithmetic,
 }
@@ -281,6 +283,7 @@ impl Default for Assumptions {
             varying: Global::ALL.to_vec(),
             derivs: Global::ALL.to_vec(),
             traces: true,
+            affine: Vec::new(),
             arithmetic: Arithmetic::Strict,
         }
     }

@@ -10,6 +10,7 @@ pub mod dce;
 mod derive;
 mod flatten;
 mod fold;
+mod forward;
 mod fuse;
 mod prefilter;
 mod primaries;
@@ -45,7 +46,8 @@ pub enum Pass {
     /// Writes the needed derivatives, and folds what it wrote. Always runs, since later stages have no
     /// derivatives.
     Derive,
-    /// Unrolls loops with a few known iterations, and folds them. Runs after the meaning is settled: the
+    /// Unrolls loops with a few known iterations, reads elements of arrays from where they were stored, and folds
+    /// both. Runs after the meaning is settled: the
     /// reference keeps loops, so a value that is constant in one iteration is not a constant there.
     Unroll,
     /// Computes each value only once.
@@ -122,6 +124,8 @@ pub struct Options {
     /// Whether the renderer traces rays. Otherwise no ray hits anything, and nothing is known of the last
     /// ray.
     pub traces: bool,
+    /// The spaces whose matrices to and from common space are affine: between them, points change like vectors.
+    pub affine: Vec<Arc<str>>,
     /// Widens steps by a multiple of a pixel's footprint, which changes values: see `prefilter`.
     pub prefilter: Option<Prefilter>,
     /// Budgets for compiling.
@@ -138,6 +142,7 @@ impl Default for Options {
             without: Vec::new(),
             arithmetic: Arithmetic::Strict,
             traces: false,
+            affine: Vec::new(),
             prefilter: None,
             limits: Limits::default(),
         }
@@ -254,6 +259,9 @@ fn one(body: &mut Body, pass: Pass, run: &mut Run<'_>) -> bool {
             if unroll::run(body, run.exact) {
                 run.fold_again(body);
             }
+            if forward::run(body) {
+                run.fold_again(body);
+            }
         }
         Pass::Cse => cse::run(body),
         Pass::Dce => dce::run(body),
@@ -298,7 +306,9 @@ fn differentiate(body: &mut Body, run: &mut Run<'_>) {
     if !run.is_off(Pass::Dce) || derive::asks(body) {
         dce::run(body);
     }
-    if derive::run(body) {
+    let flat = derive::Flat::new(body, run.options);
+    body.assumptions.affine.clone_from(&run.options.affine);
+    if derive::run(body, flat) {
         run.fold_again(body);
     }
 }

@@ -162,6 +162,7 @@ impl<'a> Judge<'a> {
         let options = passes::Options {
             varying: ground.varying().to_vec(),
             derivs: ground.varying_derivs().to_vec(),
+            affine: self.services.spaces.affine(),
             limits: self.options.limits.clone(),
             ..passes::Options::default()
         };

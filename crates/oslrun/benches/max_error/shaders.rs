@@ -2,7 +2,7 @@
 
 use crate::cases::MORE;
 use osl::stages;
-use osl_exec::{PointSource, Program};
+use osl_exec::{PointSource, Program, Spaces};
 use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_numeric::Arithmetic;
@@ -166,7 +166,8 @@ impl Shader {
         let body = stages::lower(&checked.program.expect("a program"), &params).expect("a body");
         let outputs = (!self.outputs.is_empty()).then(|| self.outputs.iter().map(|o| (*o).into()).collect());
         let varying = Grid::new(2, 2).varying().to_vec();
-        (body, passes::Options { outputs, varying, derivs: Vec::new(), ..passes::Options::default() })
+        let affine = Spaces::default().affine();
+        (body, passes::Options { outputs, varying, derivs: Vec::new(), affine, ..passes::Options::default() })
     }
 
     pub(crate) fn compile(&self) -> Compiled {

@@ -4,7 +4,7 @@ use super::Failure;
 use super::args::{self, RunArgs};
 use super::json::json;
 use super::load::{self, LoadedShader, Request};
-use super::session::{grid, services};
+use super::session::{grid, grid_spaces, services, spaces};
 use super::{data, surface};
 use clap::Args;
 use osl_exec::{PointSource, Services};
@@ -82,7 +82,8 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     let run = &args.run;
     let (loaded, noted) = load::load_noted(&Request::of(run), err)?;
     if args.cost {
-        let costs = cost(&loaded.body, &options(run, &grid(run)));
+        let affine = spaces(run, grid_spaces(run)).affine();
+        let costs = cost(&loaded.body, &passes::Options { affine, ..options(run, &grid(run)) });
         let text = if args.json { json(&costs)? } else { explain::table(&costs) };
         let _ = out.write_all(text.as_bytes());
         return Ok(());
@@ -153,7 +154,7 @@ fn found(
     let data = data::read(run)?;
     let points = WithData { points: grid, data };
     let Some(point) = OnePoint::at_pixel(&points, width, height, x, y) else { return Ok(None) };
-    let services = services(run, loaded.folder.clone(), super::session::grid_spaces(run));
+    let services = services(run, loaded.folder.clone(), grid_spaces(run));
     told(OnePoint { source: &points, point }, &services, place)
 }
 

@@ -7,6 +7,7 @@ use super::args::{NetworkArgs, ReadArgs};
 use super::load::{self, Request};
 use clap::{Args, ValueEnum};
 use osl::stages;
+use osl_exec::Spaces;
 use osl_ir::passes::{self, Pass};
 use std::io::Write;
 use std::path::PathBuf;
@@ -83,6 +84,7 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
             outputs,
             varying,
             derivs: Vec::new(),
+            affine: Spaces::default().affine(),
             without,
             limits,
             ..passes::Options::default()

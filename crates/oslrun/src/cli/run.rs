@@ -115,11 +115,13 @@ pub(super) fn run(
     let outputs = loaded.outputs(args);
     let LoadedShader { sources, mut body, name, folder, texts, tapped: taps, .. } = loaded;
     let points = WithData { data: data::read(args)?, points: points(args) };
+    let services = services(args, folder.clone(), grid_spaces(args));
     let mut options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),
         derivs: points.varying_derivs().to_vec(),
         traces: points.traces(),
+        affine: services.spaces.affine(),
         without: args.without_pass.clone(),
         arithmetic: args.arithmetic.unwrap_or_default(),
         prefilter: None,
@@ -133,7 +135,6 @@ pub(super) fn run(
         output::drop_closures(&mut body, options.outputs.as_deref());
     }
     let lowered = body.count();
-    let services = services(args, folder.clone(), grid_spaces(args));
     let filtered = match args.sampling.prefilter(plan) {
         Some(samples) => {
             let of = (samples, plan.filter(), plan == Plan::Plain && !args.closures && !tapped);

@@ -40,13 +40,18 @@ pub(super) fn grid_spaces(args: &RunArgs) -> Spaces {
     spaces
 }
 
-/// The services of the renderer. Spaces from the command line take precedence over those of the scene.
-pub(super) fn services(args: &RunArgs, files: TextureFiles, mut spaces: Spaces) -> Services {
+/// The spaces of a scene, and those of the command line, which take precedence.
+pub(super) fn spaces(args: &RunArgs, mut spaces: Spaces) -> Spaces {
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
             spaces.set(name, **matrix);
         }
     }
+    spaces
+}
+
+/// The services of the renderer, with the spaces of a scene.
+pub(super) fn services(args: &RunArgs, files: TextureFiles, scene: Spaces) -> Services {
     let mut folders = vec![files.folder];
     folders.extend(args.texture_path.iter().cloned());
     let mut limits = args.read.limits.limits().clone();
@@ -57,7 +62,7 @@ pub(super) fn services(args: &RunArgs, files: TextureFiles, mut spaces: Spaces) 
     let typed =
         files.typed.into_iter().filter(is_typed).chain(args.userdata.iter().map(|(_, value)| value.clone()));
     let textures = TextureCache::within(folders, &limits).allow_files(args.allow_files).trusting(typed);
-    Services { ray: args.raytype.clone(), spaces, textures, ..Services::default() }
+    Services { ray: args.raytype.clone(), spaces: spaces(args, scene), textures, ..Services::default() }
 }
 
 /// The run options of the command line.
@@ -101,9 +106,11 @@ pub(super) fn stopped(stop: &RunError, sources: &SourceMap) -> Failure {
             (*span, "; --limit running.point_memory=N sets the limit".to_string())
         }
         RunError::TooMuch { limit, .. } => (None, format!("; --limit {limit}=N sets the limit")),
-        RunError::Halted(_) | RunError::VariesMore(_) | RunError::DerivsVaryMore(_) | RunError::Traces => {
-            (None, String::new())
-        }
+        RunError::Halted(_)
+        | RunError::VariesMore(_)
+        | RunError::DerivsVaryMore(_)
+        | RunError::Traces
+        | RunError::NotAffine(_) => (None, String::new()),
     };
     let place = span
         .and_then(|span| sources.place(span))

@@ -122,6 +122,7 @@ impl Programs {
             varying: points.varying().to_vec(),
             derivs: points.varying_derivs().to_vec(),
             traces: points.traces(),
+            affine: bench.services.spaces.affine(),
             without: args.without_pass.clone(),
             arithmetic: Arithmetic::Strict,
             prefilter: None,

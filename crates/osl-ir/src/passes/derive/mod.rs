@@ -9,6 +9,7 @@
 
 mod dual;
 mod elementary;
+mod flat;
 mod rules;
 mod vectors;
 
@@ -16,9 +17,10 @@ use super::rewrite::{Code, Rewrite};
 use crate::global::Global;
 use crate::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Slot, SlotId, ValueId, Values};
 use dual::Dual;
+pub(super) use flat::Flat;
 
 /// Runs the pass. Returns whether anything changed.
-pub(super) fn run(body: &mut Body) -> bool {
+pub(super) fn run(body: &mut Body, flat: Flat) -> bool {
     let mut demand = Demand {
         wanted: vec![false; body.values.len()],
         slots: vec![false; body.slots.len()],
@@ -33,7 +35,7 @@ pub(super) fn run(body: &mut Body) -> bool {
         let tangents = vec![[None; 2]; body.values.len()];
         let shadows =
             demand.slots.iter().enumerate().map(|(i, wanted)| wanted.then(|| shadow(body, i))).collect();
-        let mut writer = Writer { code: Code::new(body), wanted: demand.wanted, tangents, shadows };
+        let mut writer = Writer { code: Code::new(body), wanted: demand.wanted, tangents, shadows, flat };
         writer.block(writer.code.body.entry);
         writer.code.finish();
     }
@@ -144,6 +146,7 @@ pub(super) struct Writer<'a> {
     tangents: Vec<[Option<ValueId>; 2]>,
     /// The arrays of derivatives of an array.
     shadows: Vec<Option<[SlotId; 2]>>,
+    flat: Flat,
 }
 
 impl<'a> Rewrite<'a> for Writer<'a> {
@@ -252,11 +255,12 @@ impl Writer<'_> {
                 }
             }
             Op::Lane(op, args) if rules::asks(*op) => {
+                let op = if self.flat.covers(*op, args) { LaneOp::TransformVector } else { *op };
                 let args: Vec<Dual> = args.iter().map(|a| self.dual(*a)).collect();
                 if args.iter().all(|a| a.d.iter().all(Option::is_none)) {
                     return;
                 }
-                let Some(Dual { v, d }) = rules::derivative_of(self, *op, &args, result) else { return };
+                let Some(Dual { v, d }) = rules::derivative_of(self, op, &args, result) else { return };
                 if v != result {
                     self.code.renaming.set(result, v);
                 }

@@ -210,6 +210,7 @@ fn frame(
         varying: points.varying().to_vec(),
         derivs: points.varying_derivs().to_vec(),
         traces: points.traces(),
+        affine: services.spaces.affine(),
         without: run.without_pass.clone(),
         arithmetic,
         limits: run.read.limits.limits().clone(),

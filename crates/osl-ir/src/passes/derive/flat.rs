@@ -1,0 +1,50 @@
+//! Finds transformations of `P` between spaces whose matrices are affine. If `P` changes by the same vector from
+//! pixel to pixel at all points, so does the result. The general rule has the same value, but it divides by
+//! a sum that depends on the point, so that everything that follows is computed for each point.
+//!
+//! The two rules differ where `P` is infinite or not a number, which cannot be with such changes, and in
+//! the sign of a zero.
+
+use super::super::Options;
+use crate::global::Global;
+use crate::ir::{Body, Const, Kernel, LaneOp, Op, ValueId};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::sync::Arc;
+
+/// The values of a program that are `P`, or a matrix between affine spaces.
+#[derive(Debug, Default)]
+pub(in super::super) struct Flat {
+    values: FxHashSet<ValueId>,
+}
+
+impl Flat {
+    /// Finds the values. There are none if the change of `P` differs from point to point.
+    pub(in super::super) fn new(body: &Body, options: &Options) -> Flat {
+        let mut values = FxHashSet::default();
+        if options.affine.is_empty() || options.derivs.contains(&Global::P) {
+            return Flat { values };
+        }
+        let insts = || body.blocks.iter().flat_map(|block| &block.insts);
+        let mut names: FxHashMap<ValueId, &Arc<str>> = FxHashMap::default();
+        for inst in insts() {
+            if let (Op::Const(Const::Str(name)), Some(result)) = (&inst.op, inst.results.first()) {
+                names.insert(*result, name);
+            }
+        }
+        let is_affine = |name: &ValueId| names.get(name).is_some_and(|name| options.affine.contains(name));
+        for inst in insts() {
+            let is_flat = match &inst.op {
+                Op::Global(Global::P) => true,
+                Op::Kernel(Kernel::SpaceMatrix { .. }, spaces) => spaces.iter().all(is_affine),
+                _ => false,
+            };
+            values.extend(inst.results.iter().filter(|_| is_flat));
+        }
+        Flat { values }
+    }
+
+    /// Whether an operation transforms `P` between affine spaces.
+    pub(super) fn covers(&self, op: LaneOp, args: &[ValueId]) -> bool {
+        op == LaneOp::TransformPoint && args.iter().all(|arg| self.values.contains(arg))
+    }
+}
