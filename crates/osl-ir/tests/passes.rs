@@ -1,8 +1,8 @@
 //! Each pass over text: the files in `passes/PASS` hold a body before the pass, `---`, and the body after it.
 //!
-//! A line `# options: …` before the body sets options: `outputs NAME…`, `varying GLOBAL…`, `derivs GLOBAL…`, `affine SPACE…`,
-//! `prefilter SCALE`. Other lines with `#` say what the file shows. `UPDATE_IR=1` writes the bodies anew:
-//! read the difference before you commit it.
+//! A line `# options: …` before the body sets options: `outputs NAME…`, `varying GLOBAL…`, `derivs GLOBAL…`,
+//! `affine SPACE…`, `prefilter SCALE`. Other lines with `#` say what the file shows. `UPDATE_IR=1` writes the
+//! bodies anew: read the difference before you commit it.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 

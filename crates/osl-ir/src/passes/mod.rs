@@ -46,9 +46,9 @@ pub enum Pass {
     /// Writes the needed derivatives, and folds what it wrote. Always runs, since later stages have no
     /// derivatives.
     Derive,
-    /// Unrolls loops with a few known iterations, reads elements of arrays from where they were stored, and folds
-    /// both. Runs after the meaning is settled: the
-    /// reference keeps loops, so a value that is constant in one iteration is not a constant there.
+    /// Unrolls loops with a few known iterations, reads elements of arrays from where they were stored, and
+    /// folds both. Runs after the meaning is settled: the reference keeps loops, so a value that is constant
+    /// in one iteration is not a constant there.
     Unroll,
     /// Computes each value only once.
     Cse,
@@ -124,7 +124,8 @@ pub struct Options {
     /// Whether the renderer traces rays. Otherwise no ray hits anything, and nothing is known of the last
     /// ray.
     pub traces: bool,
-    /// The spaces whose matrices to and from common space are affine: between them, points change like vectors.
+    /// The spaces whose matrices to and from common space are affine: between them, points change like
+    /// vectors.
     pub affine: Vec<Arc<str>>,
     /// Widens steps by a multiple of a pixel's footprint, which changes values: see `prefilter`.
     pub prefilter: Option<Prefilter>,

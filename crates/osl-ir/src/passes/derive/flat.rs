@@ -1,6 +1,6 @@
-//! Finds transformations of `P` between spaces whose matrices are affine. If `P` changes by the same vector from
-//! pixel to pixel at all points, so does the result. The general rule has the same value, but it divides by
-//! a sum that depends on the point, so that everything that follows is computed for each point.
+//! Finds transformations of `P` between spaces whose matrices are affine. If `P` changes by the same vector
+//! from pixel to pixel at all points, so does the result. The general rule has the same value, but it divides
+//! by a sum that depends on the point, so that everything that follows is computed for each point.
 //!
 //! The two rules differ where `P` is infinite or not a number, which cannot be with such changes, and in
 //! the sign of a zero.
