@@ -272,7 +272,7 @@ impl<'a> Compiler<'a> {
         let register = (self.body.kind(v).words(), reg);
         let until = self.uses.last_use(result).max(self.uses.end(result));
         let is_free = self.registers.keep(register, self.uses.last_use(v), until);
-        is_free.then(|| Home { reg, occupant: Some(v) })
+        is_free.then_some(Home { reg, occupant: Some(v) })
     }
 
     fn result(&mut self, inst: &Inst) -> Option<Operand> {

@@ -10,8 +10,8 @@ use osl_exec::{Frame, Plane, RunError};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Maximum number of pixels at which ranges are measured.
-const LOOKS: usize = 4096;
+/// A range is measured at one in so many pixels of an image, between a minimum and a maximum.
+const LOOKS: (usize, usize, usize) = (32, 1024, 4096);
 /// Share of the values that is left out at either end of a range, so that single bright points do not count.
 const LEFT_OUT: f64 = 1e-3;
 
@@ -56,7 +56,9 @@ impl Reach {
 /// A loop exceeds its budget.
 pub fn reaches(shading: &Shading<'_>) -> Result<Vec<Reach>, RunError> {
     let (width, height) = shading.surface.size();
-    let pixels = some_pixels(width * height, LOOKS, 0x4a96);
+    let (one_in, fewest, most) = LOOKS;
+    let looks = (width * height / one_in).clamp(fewest, most);
+    let pixels = some_pixels(width * height, looks, 0x4a96);
     let values = shading.centres(&pixels, &mut Frame::default())?;
     let planes = shading.planes();
     let reach = |own: Range<usize>| {
