@@ -6,7 +6,7 @@ use super::error::{Block, Shown, block};
 use super::filter::Filter;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
-use super::round::{Found, Round, Sums};
+use super::round::{Found, Round, STEP, Sums};
 use super::surface::Surface;
 use super::weights::Weights;
 use osl_exec::{Frame, Plane, PointSource, Program, Run, RunError, RunOptions, Services};
@@ -16,8 +16,10 @@ use std::ops::Range;
 
 /// Points held in memory at a time, unless one pixel has more.
 pub(super) const TOGETHER: usize = 1 << 19;
-/// Pixels that a thread sums up at a time.
-const PIECE: usize = 256;
+/// Points that a thread handles at a time, unless one pixel has more.
+const PIECE: usize = 1 << 15;
+/// Pieces whose results are kept until those before them are there.
+const PIECES: usize = 64;
 
 /// A program with everything needed to run it at any position of an image.
 #[derive(Clone)]
@@ -238,25 +240,23 @@ impl<'a> Shading<'a> {
     pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>) -> Result<Batch, RunError> {
         let each = samples.len().max(1);
         let mut batch = Batch::default();
-        for pixels in pixels.chunks((TOGETHER / each).max(1)) {
-            let (planes, signs) = self.sampled(pixels, samples.clone(), &mut batch.said)?;
-            batch.blocks.resize(planes.len(), Vec::new());
-            for (plane, blocks) in planes.iter().zip(&mut batch.blocks) {
-                let one = |(at, words): (usize, &[u32])| {
-                    block(words, plane.kind, signs.get(at * each..(at + 1) * each).unwrap_or(&[]))
+        batch.blocks = self.planes().iter().map(|_| Vec::with_capacity(pixels.len())).collect();
+        let piece = |shading: &Shading<'_>, pixels: &[u32]| {
+            let mut said = Frame::default();
+            let (planes, signs) = shading.sampled(pixels, samples.clone(), &mut said)?;
+            let sum = |plane: &Plane| -> Vec<Block> {
+                let words = plane.words.chunks_exact(each).zip((0..).step_by(each));
+                let one = |(words, at): (&[u32], usize)| {
+                    block(words, plane.kind, signs.get(at..at + each).unwrap_or(&[]))
                 };
-                let words = plane.words.chunks_exact(each);
-                if pixels.len() * each > 1 << 14 {
-                    let words = plane.words.par_chunks_exact(each).with_min_len(PIECE);
-                    blocks.par_extend(words.enumerate().map(one));
-                } else {
-                    blocks.extend(words.enumerate().map(one));
-                }
-            }
-        }
-        if batch.blocks.is_empty() {
-            batch.blocks = self.planes().iter().map(|_| Vec::new()).collect();
-        }
+                words.map(one).collect()
+            };
+            Ok((planes.iter().map(sum).collect::<Vec<_>>(), said))
+        };
+        self.pieces((pixels, each), piece, |_, (found, said)| {
+            batch.said.add(said, &self.options.limits.running);
+            batch.blocks.iter_mut().zip(found).for_each(|(blocks, found)| blocks.extend(found));
+        })?;
         Ok(batch)
     }
 
@@ -266,34 +266,62 @@ impl<'a> Shading<'a> {
         &self,
         (pixels, slots): (&[u32], &[usize]),
         (samples, estimate): (Range<u32>, bool),
-        (before, weights): (&mut Sums, &Weights),
+        (sums, weights): (&mut Sums, &Weights),
         said: &mut Frame,
         mut take: impl FnMut(&[usize], &Found),
     ) -> Result<(), RunError> {
         let each = samples.len().max(1);
-        for slots in slots.chunks((TOGETHER / each).max(1)) {
+        let shown = if estimate { Shown::new(&self.pattern, &samples) } else { None };
+        let before = &*sums;
+        let piece = |shading: &Shading<'_>, slots: &[usize]| {
             let some: Vec<u32> = slots.iter().filter_map(|slot| pixels.get(*slot)).copied().collect();
-            let (planes, signs) = self.sampled(&some, samples.clone(), said)?;
-            let shown = if estimate { Shown::new(&self.pattern, &samples) } else { None };
-            let numbers: Vec<u32> = match shown {
-                Some(_) => some.iter().map(|pixel| self.surface.pixel(*pixel as usize) as u32).collect(),
-                None => Vec::new(),
-            };
+            let mut said = Frame::default();
+            let (planes, signs) = shading.sampled(&some, samples.clone(), &mut said)?;
+            let shown = shown.as_ref();
+            let number = |pixel: &u32| self.surface.pixel(*pixel as usize) as u32;
+            let numbers: Vec<u32> = shown.map_or_else(Vec::new, |_| some.iter().map(number).collect());
             let round = Round { planes: &planes, signs: &signs, each, samples: samples.end, shown, weights };
-            let piece = |(at, slots): (usize, &[usize])| {
-                round.of(at * PIECE, slots, numbers.get(at * PIECE..).unwrap_or(&[]), before)
-            };
-            let found: Vec<Found> = if some.len() * each > 1 << 14 {
-                slots.par_chunks(PIECE).enumerate().map(piece).collect()
-            } else {
-                slots.chunks(PIECE).enumerate().map(piece).collect()
-            };
-            for (slots, found) in slots.chunks(PIECE).zip(&found) {
-                before.take(slots, found);
-                take(slots, found);
+            Ok((round.of(slots, &numbers, before), said))
+        };
+        let mut all = Vec::new();
+        self.pieces((slots, each), piece, |slots, (found, more)| {
+            said.add(more, &self.options.limits.running);
+            take(slots, &found);
+            all.push((slots, found));
+        })?;
+        all.iter().for_each(|(slots, found)| sums.take(slots, found));
+        Ok(())
+    }
+
+    /// Handles pieces of a list, of which each item takes so many points, side by side. `piece` gets a shading
+    /// that runs on the calling thread, `take` the results in order. The pieces do not depend on the number
+    /// of threads, because what a point is charged depends on the points beside it.
+    fn pieces<'l, T: Sync, R: Send>(
+        &self,
+        (list, each): (&'l [T], usize),
+        piece: impl Fn(&Shading<'_>, &[T]) -> Result<R, RunError> + Sync,
+        mut take: impl FnMut(&'l [T], R),
+    ) -> Result<(), RunError> {
+        let size = (PIECE / each).max(1).next_multiple_of(STEP);
+        if list.len() <= size || self.options.threads == Some(1) {
+            for list in list.chunks(size) {
+                take(list, piece(self, list)?);
             }
+            return Ok(());
+        }
+        let options = self.on_one_thread();
+        let shading = Shading { options: &options, ..self.clone() };
+        for list in list.chunks(size * PIECES) {
+            let found: Result<Vec<R>, RunError> =
+                list.par_chunks(size).map(|list| piece(&shading, list)).collect();
+            list.chunks(size).zip(found?).for_each(|(list, found)| take(list, found));
         }
         Ok(())
+    }
+
+    /// The options of a run that does not leave the calling thread.
+    pub(super) fn on_one_thread(&self) -> RunOptions {
+        RunOptions { threads: Some(1), ..self.options.clone() }
     }
 
     /// Samples of pixels, plane by plane, and their weights unless all are 1.
@@ -320,13 +348,12 @@ impl<'a> Shading<'a> {
         said: &mut Frame,
     ) -> Result<[Vec<Vec<f32>>; 2], RunError> {
         let (each, planes) = (samples.max(2) as usize, self.planes().len());
-        let mut found = [vec![Vec::with_capacity(pixels.len()); planes], vec![Vec::new(); planes]];
-        for pixels in pixels.chunks((TOGETHER / each).max(1)) {
-            let (planes, signs) = self.sampled(pixels, 0..each as u32, said)?;
-            let [means, moves] = &mut found;
-            for ((plane, means), moves) in planes.iter().zip(means).zip(moves) {
-                let one = |(at, words): (usize, &[u32])| {
-                    let signs = signs.get(at * each..(at + 1) * each).unwrap_or(&[]);
+        let piece = |shading: &Shading<'_>, pixels: &[u32]| {
+            let mut said = Frame::default();
+            let (planes, signs) = shading.sampled(pixels, 0..each as u32, &mut said)?;
+            let halves = |plane: &Plane| -> (Vec<f32>, Vec<f32>) {
+                let one = |(words, at): (&[u32], usize)| {
+                    let signs = signs.get(at..at + each).unwrap_or(&[]);
                     let half = |range: Range<usize>| {
                         let words = words.get(range.clone()).unwrap_or(&[]);
                         block(words, plane.kind, signs.get(range).unwrap_or(&[]))
@@ -336,12 +363,19 @@ impl<'a> Shading<'a> {
                     all.add(&half(each / 2..each));
                     (all.mean(), (all.mean() - first).abs())
                 };
-                let chunks = plane.words.par_chunks(each).with_min_len(256).enumerate();
-                let pairs: (Vec<f32>, Vec<f32>) = chunks.map(one).unzip();
-                means.extend(pairs.0);
-                moves.extend(pairs.1);
+                plane.words.chunks(each).zip((0..).step_by(each)).map(one).unzip()
+            };
+            Ok((planes.iter().map(halves).collect::<Vec<_>>(), said))
+        };
+        let mut found = [vec![Vec::with_capacity(pixels.len()); planes], vec![Vec::new(); planes]];
+        self.pieces((pixels, each), piece, |_, (planes, more)| {
+            said.add(more, &self.options.limits.running);
+            let [means, moves] = &mut found;
+            for ((own, means), moves) in planes.into_iter().zip(means).zip(moves) {
+                means.extend(own.0);
+                moves.extend(own.1);
             }
-        }
+        })?;
         Ok(found)
     }
 

@@ -9,7 +9,7 @@ use osl_exec::Plane;
 use osl_ir::ir::Kind;
 
 /// Pixels that are examined in step.
-const STEP: usize = 8;
+pub(super) const STEP: usize = 8;
 
 /// The samples of a round: of each pixel the same number.
 pub(super) struct Round<'a> {
@@ -20,7 +20,7 @@ pub(super) struct Round<'a> {
     pub(super) each: usize,
     pub(super) samples: u32,
     /// Which of them show the error, if that is wanted.
-    pub(super) shown: Option<Shown<'a>>,
+    pub(super) shown: Option<&'a Shown<'a>>,
     /// Factors on the errors of the planes.
     pub(super) weights: &'a Weights,
 }
@@ -79,9 +79,9 @@ pub(super) struct Found {
 }
 
 impl Round<'_> {
-    /// Examines some pixels: the first of them in this round, their slots in the sums, and, if errors are
-    /// wanted, their numbers in the pattern.
-    pub(super) fn of(&self, first: usize, slots: &[usize], numbers: &[u32], before: &Sums) -> Found {
+    /// Examines the pixels of the round: their slots in the sums, and, if errors are wanted, their numbers in
+    /// the pattern.
+    pub(super) fn of(&self, slots: &[usize], numbers: &[u32], before: &Sums) -> Found {
         let count = slots.len();
         let mut found = Found {
             sums: self.planes.iter().map(|_| Vec::with_capacity(count)).collect(),
@@ -89,10 +89,10 @@ impl Round<'_> {
             errors: Vec::with_capacity(count),
             weights: Vec::new(),
         };
-        let mut cells = vec![[0.0; STEP]; self.shown.as_ref().map_or(0, |shown| 1 << shown.level)];
+        let mut cells = vec![[0.0; STEP]; self.shown.map_or(0, |shown| 1 << shown.level)];
         for (at, slots) in slots.chunks(STEP).enumerate() {
             let numbers = numbers.get(at * STEP..).unwrap_or(&[]);
-            self.in_step((first + at * STEP, slots, numbers), before, &mut cells, &mut found);
+            self.in_step((at * STEP, slots, numbers), before, &mut cells, &mut found);
         }
         found
     }
@@ -144,7 +144,7 @@ impl Round<'_> {
                 }
             }
             to.extend_from_slice(&sums[..count]);
-            let Some(shown) = self.shown.as_ref().filter(|_| factor > 0.0) else { continue };
+            let Some(shown) = self.shown.filter(|_| factor > 0.0) else { continue };
             self.sort((words, signs, plane.kind), shown, numbers, cells);
             let variances = within(shown.level, cells);
             for lane in 0..STEP {
@@ -217,10 +217,12 @@ mod tests {
         let planes = [plane(values.concat())];
         let shown = Shown::new(pattern, &(0..each as u32));
         let samples = each as u32;
-        let round = Round { planes: &planes, signs: &[], each, samples, shown, weights: &Weights::equal(1) };
+        let weights = Weights::equal(1);
+        let round =
+            Round { planes: &planes, signs: &[], each, samples, shown: shown.as_ref(), weights: &weights };
         let slots: Vec<usize> = (0..values.len()).collect();
         let numbers: Vec<u32> = (first..).take(slots.len()).collect();
-        round.of(0, &slots, &numbers, &Sums::new(1, slots.len()))
+        round.of(&slots, &numbers, &Sums::new(1, slots.len()))
     }
 
     /// Root mean square of the true and the estimated errors over many pixels.
@@ -278,8 +280,9 @@ mod tests {
             let planes = [plane(slots.iter().flat_map(|slot| values(*slot as u32, 8)))];
             let (shown, weights) = (Shown::new(&pattern, &(8..16)), Weights::equal(1));
             let numbers: Vec<u32> = slots.iter().map(|slot| *slot as u32).collect();
+            let shown = shown.as_ref();
             let round = Round { planes: &planes, signs: &[], each: 8, samples: 16, shown, weights: &weights };
-            round.of(0, slots, &numbers, &before)
+            round.of(slots, &numbers, &before)
         };
         let later = second(&slots);
         for (at, slot) in slots.iter().enumerate() {

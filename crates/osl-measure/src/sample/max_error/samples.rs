@@ -8,10 +8,12 @@ use super::policy::*;
 use super::probe::NEVER;
 use super::{Work, above, set};
 use crate::sample::adapt::Refiner;
+use crate::sample::image::Shading;
 use crate::sample::operations::nanoseconds;
 use crate::sample::weights::weighted;
 use osl_exec::RunError;
 use pxfm::f_powf;
+use rayon::prelude::*;
 
 impl<'a> Work<'_, 'a> {
     /// The curvature of the coarsest lattice around each pixel. Pixels are numbered in the image.
@@ -58,19 +60,27 @@ impl<'a> Work<'_, 'a> {
         if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
             return self.plain(pixels, *samples, steps.power);
         }
-        for pixels in pixels.chunks(TOGETHER) {
-            let guards = self.guards(&curvatures, pixels);
-            let mut some = Refiner::new(&self.sampled, pixels.to_vec()).with(&self.weights);
-            self.follow(&mut some, &guards, &steps)?;
-            // The last look may have extended the pattern.
-            self.sampled.pattern = some.pattern().clone();
-            self.take(some);
+        // The last look may need more samples, but seldom.
+        let options = self.sampled.on_one_thread();
+        let alone = Shading { options: &options, ..self.sampled.clone() };
+        for pixels in pixels.chunks(TOGETHER * PIECES) {
+            let one = |pixels: &[u32]| {
+                let guards = self.guards(&curvatures, pixels);
+                let mut some = Refiner::new(&alone, pixels.to_vec()).with(&self.weights);
+                let unfinished = self.follow(&mut some, &guards, &steps)?;
+                Ok((some, unfinished))
+            };
+            let found: Result<Vec<_>, RunError> = pixels.par_chunks(TOGETHER).map(one).collect();
+            for (some, unfinished) in found? {
+                self.unfinished += unfinished;
+                self.take(some);
+            }
         }
         Ok(())
     }
 
     /// Takes over the pixels of a refiner, with their means.
-    fn take(&mut self, refiner: Refiner<'a>) {
+    fn take(&mut self, refiner: Refiner<'_>) {
         self.samples.resize(self.known.len(), 0);
         for (plane, means) in self.values.iter_mut().zip(refiner.means()) {
             let pixels = refiner.pixels().iter().zip(means);
@@ -110,8 +120,10 @@ impl<'a> Work<'_, 'a> {
         Ok(())
     }
 
-    /// Samples pixels with the limits that the pilot found.
-    fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), RunError> {
+    /// Samples pixels with the limits that the pilot found. Returns how many need more samples than they may
+    /// have.
+    fn follow(&self, refiner: &mut Refiner<'_>, guards: &[f32], steps: &Steps) -> Result<u64, RunError> {
+        let mut unfinished = 0;
         let first = steps.limits.first().map_or(0, |(samples, _)| *samples);
         for (samples, limit) in &steps.limits {
             if refiner.active.is_empty() {
@@ -129,7 +141,7 @@ impl<'a> Work<'_, 'a> {
             refiner.round(*samples, !last || steps.short)?;
             if last && steps.short {
                 let wants = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
-                self.unfinished += refiner.active.iter().filter(wants).count() as u64;
+                unfinished += refiner.active.iter().filter(wants).count() as u64;
             }
             if !last {
                 refiner.settle_by(|refiner, slot, error| {
@@ -137,11 +149,14 @@ impl<'a> Work<'_, 'a> {
                 });
             }
         }
-        if steps.short { Ok(()) } else { self.last_look(refiner, steps.power) }
+        if !steps.short {
+            self.last_look(refiner, steps.power)?;
+        }
+        Ok(unfinished)
     }
 
     /// Takes more samples of pixels that the last half of their samples moved too far.
-    fn last_look(&self, refiner: &mut Refiner<'a>, power: f32) -> Result<(), RunError> {
+    fn last_look(&self, refiner: &mut Refiner<'_>, power: f32) -> Result<(), RunError> {
         let limit = last_limit(self.wanted.error, power);
         loop {
             let Refiner { active, moved, .. } = refiner;
