@@ -293,9 +293,9 @@ impl<'a> Shading<'a> {
         Ok(())
     }
 
-    /// Handles pieces of a list, of which each item takes so many points, side by side. `piece` gets a shading
-    /// that runs on the calling thread, `take` the results in order. The pieces do not depend on the number
-    /// of threads, because what a point is charged depends on the points beside it.
+    /// Handles pieces of a list, of which each item takes so many points, side by side. `piece` gets a
+    /// shading that runs on the calling thread, `take` the results in order. The pieces do not depend on the
+    /// number of threads, because what a point is charged depends on the points beside it.
     fn pieces<'l, T: Sync, R: Send>(
         &self,
         (list, each): (&'l [T], usize),
