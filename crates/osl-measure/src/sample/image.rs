@@ -239,8 +239,8 @@ impl<'a> Shading<'a> {
     /// Samples pixels and sums up each.
     pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>) -> Result<Batch, RunError> {
         let each = samples.len().max(1);
-        let mut batch = Batch::default();
-        batch.blocks = self.planes().iter().map(|_| Vec::with_capacity(pixels.len())).collect();
+        let blocks = self.planes().iter().map(|_| Vec::with_capacity(pixels.len())).collect();
+        let mut batch = Batch { blocks, said: Frame::default() };
         let piece = |shading: &Shading<'_>, pixels: &[u32]| {
             let mut said = Frame::default();
             let (planes, signs) = shading.sampled(pixels, samples.clone(), &mut said)?;

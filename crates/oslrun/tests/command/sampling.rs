@@ -100,7 +100,7 @@ fn an_error_may_be_a_share_of_the_range_and_differ_by_output() {
     };
     let (shares, notes) = file("@/w.osl", "10%");
     assert!(
-        notes.contains("note: 10 % of the range of w (0 to 100 at 4096 pixels) is an error of 10\n"),
+        notes.contains("note: 10 % of the range of w (0 to 100 at 1024 pixels) is an error of 10\n"),
         "{notes}"
     );
     let (numbers, silence) = file("@/w.osl", "r=0.1,w=10");
