@@ -279,24 +279,24 @@ impl<'a> Compiler<'a> {
         self.results(inst).into_iter().next()
     }
 
-    fn inst(&mut self, inst: &'a Inst, steps: &mut Vec<Step>) {
+    fn inst(&mut self, inst: &Inst, steps: &mut Vec<Step>) {
         match &inst.op {
             Op::Const(value) => {
-                self.lasting.note(inst);
+                self.lasting.note(inst, &self.uses);
                 if let Some(out) = self.result(inst) {
                     self.constant(value, out, steps);
                 }
                 self.advance();
             }
             Op::Global(global) => {
-                self.lasting.note(inst);
+                self.lasting.note(inst, &self.uses);
                 if let Some(out) = self.given(inst) {
                     self.globals.push((*global, out));
                 }
                 self.advance();
             }
             Op::Input(index) => {
-                self.lasting.note(inst);
+                self.lasting.note(inst, &self.uses);
                 let body = self.body;
                 if let (Some(input), Some(out)) = (body.inputs.get(*index as usize), self.result(inst)) {
                     let at = match out.location {
@@ -309,14 +309,14 @@ impl<'a> Compiler<'a> {
                 self.advance();
             }
             Op::GlobalDeriv(global, axis) => {
-                self.lasting.note(inst);
+                self.lasting.note(inst, &self.uses);
                 if let Some(out) = self.given(inst) {
                     self.derivs.push((*global, *axis, out));
                 }
                 self.advance();
             }
             Op::Lane(op, args) => {
-                let lasting = self.lasting.note(inst);
+                let lasting = self.lasting.note(inst, &self.uses);
                 if !self.view(inst) {
                     let args: Vec<Operand> = args.iter().map(|a| self.operand(*a)).collect();
                     if let Some(out) = self.result(inst) {
@@ -330,7 +330,7 @@ impl<'a> Compiler<'a> {
                 let kinds = args.iter().map(|a| self.body.kind(*a)).collect();
                 let args = args.iter().map(|a| self.operand(*a)).collect();
                 let outs = self.results(inst);
-                let lasting = self.lasting.note(inst);
+                let lasting = self.lasting.note(inst, &self.uses);
                 let kernel = kernel.clone();
                 let step = KernelStep { kernel, args, kinds, outs, span: inst.span, lasting };
                 steps.push(Step::Kernel(Box::new(step)));
@@ -371,7 +371,7 @@ impl<'a> Compiler<'a> {
                 let otherwise = self.block(*otherwise);
                 let b: Vec<Operand> = else_yields.iter().map(|v| self.operand(*v)).collect();
                 self.parted -= u32::from(parts);
-                let lasting = self.lasting.note(inst);
+                let lasting = self.lasting.note(inst, &self.uses);
                 self.advance();
                 let results = results.into_iter().zip(a).zip(b).map(|((r, a), b)| [r, a, b]).collect();
                 steps.push(Step::If { region: self.region(), cond, then, otherwise, results, lasting });

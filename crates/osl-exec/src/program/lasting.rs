@@ -3,6 +3,7 @@
 //! These are constants, parameters and uniform globals, and what lane operations make of them; values that a
 //! loop carries are not. This module must not know how steps run.
 
+use super::uses::Uses;
 use crate::step::NEVER;
 use osl_ir::ir::{Body, Const, Inst, Kernel, Op, Rate, ValueId};
 
@@ -11,36 +12,27 @@ use osl_ir::ir::{Body, Const, Inst, Kernel, Op, Rate, ValueId};
 pub(super) struct Lasting<'a> {
     body: &'a Body,
     values: Vec<bool>,
-    /// The texts of the constants among the values.
-    texts: Vec<Option<&'a str>>,
     /// Number of steps.
     pub(super) steps: u32,
 }
 
 impl<'a> Lasting<'a> {
     pub(super) fn new(body: &'a Body) -> Lasting<'a> {
-        let count = body.values.len();
-        Lasting { body, values: vec![false; count], texts: vec![None; count], steps: 0 }
+        Lasting { body, values: vec![false; body.values.len()], steps: 0 }
     }
 
     /// Notes the results of an instruction, all of whose arguments and inner instructions were noted. Returns
     /// the number of its step, or [`NEVER`].
-    pub(super) fn note(&mut self, inst: &'a Inst) -> u32 {
+    pub(super) fn note(&mut self, inst: &Inst, uses: &Uses<'_>) -> u32 {
         let is_uniform = |v: &ValueId| self.body.value(*v).rate == Rate::Uniform;
         if !inst.results.iter().all(is_uniform) {
             return NEVER;
         }
         match &inst.op {
-            Op::Const(value) => {
-                if let (Const::Str(text), Some(result)) = (value, inst.results.first()) {
-                    self.texts[result.index()] = Some(text);
-                }
-                self.mark(&inst.results);
-            }
-            Op::Global(_) | Op::GlobalDeriv(..) | Op::Input(_) => self.mark(&inst.results),
+            Op::Const(_) | Op::Global(_) | Op::GlobalDeriv(..) | Op::Input(_) => self.mark(&inst.results),
             Op::Lane(_, args) if args.iter().all(|arg| self.has(*arg)) => return self.step(inst),
             Op::Kernel(Kernel::SpaceMatrix { .. }, names)
-                if names.iter().all(|name| self.is_affine(*name)) =>
+                if names.iter().all(|name| self.is_affine(*name, uses)) =>
             {
                 return self.step(inst);
             }
@@ -88,8 +80,10 @@ impl<'a> Lasting<'a> {
     }
 
     /// Whether a value is the name of a space with a known matrix.
-    fn is_affine(&self, name: ValueId) -> bool {
-        let text = self.texts.get(name.index()).copied().flatten();
-        text.is_some_and(|text| self.body.assumptions.affine.iter().any(|known| **known == *text))
+    fn is_affine(&self, name: ValueId, uses: &Uses<'_>) -> bool {
+        match uses.definer(name).map(|inst| &inst.op) {
+            Some(Op::Const(Const::Str(name))) => self.body.assumptions.affine.contains(name),
+            _ => false,
+        }
     }
 }

@@ -14,7 +14,7 @@ pub(super) struct Uses<'a> {
     defined: Vec<u32>,
     /// The instruction of each value, unless it is a parameter of a loop.
     definers: Vec<Option<&'a Inst>>,
-    /// The last position of the branch of which a value is a result.
+    /// For the results of branches, the position at which the branch ends.
     ends: Vec<u32>,
     position: u32,
 }
@@ -57,7 +57,7 @@ impl<'a> Uses<'a> {
         self.defined.get(v.index()).copied().unwrap_or(0)
     }
 
-    /// The last position of the branch of which a value is a result.
+    /// The position at which the branch ends that has this result.
     pub(super) fn end(&self, v: ValueId) -> u32 {
         self.ends.get(v.index()).copied().unwrap_or(0)
     }

@@ -295,6 +295,15 @@ impl Body {
         names_at(&self.layers, span)
     }
 
+    /// The values that are constants.
+    pub fn constants(&self) -> impl Iterator<Item = (ValueId, &Const)> {
+        let insts = self.blocks.iter().flat_map(|block| &block.insts);
+        insts.filter_map(|inst| match (&inst.op, inst.results.first()) {
+            (Op::Const(value), Some(result)) => Some((*result, value)),
+            _ => None,
+        })
+    }
+
     /// A new value without a definition so far.
     pub fn fresh(&mut self, kind: Kind, span: Span) -> ValueId {
         self.values.push(Value { kind, rate: Rate::Varying, span });

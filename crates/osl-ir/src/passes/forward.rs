@@ -1,8 +1,8 @@
 //! Reads elements of arrays from where they were stored: an element that is stored once, before any branch,
 //! is the stored value from then on.
 //!
-//! Elements are known by constant indices, so this pass runs after loops are unrolled. An array of which any
-//! element is stored at a computed index, in a branch or in a loop is left alone.
+//! Elements are known by constant indices, so this pass runs after loops are unrolled. It leaves an array
+//! alone if one of its elements is stored at a computed index, in a branch or in a loop.
 
 use super::Renaming;
 use crate::ir::{BlockId, Body, Const, Op, SlotId, ValueId};
@@ -10,11 +10,12 @@ use rustc_hash::FxHashMap;
 
 /// Runs the pass. Returns whether anything changed.
 pub(super) fn run(body: &mut Body) -> bool {
-    let stores = stores(body);
+    let numbers = numbers(body);
+    let stores = stores(body, &numbers);
     if stores.iter().all(|own| own.as_ref().is_none_or(FxHashMap::is_empty)) {
         return false;
     }
-    let mut forward = Forward { numbers: numbers(body), stores, renaming: Renaming::default(), at: 0 };
+    let mut forward = Forward { numbers, stores, renaming: Renaming::default(), at: 0 };
     let changed = forward.block(body, body.entry);
     if changed {
         super::fold::rename_outputs(body, &forward.renaming);
@@ -24,20 +25,15 @@ pub(super) fn run(body: &mut Body) -> bool {
 
 /// The ints that are constants.
 fn numbers(body: &Body) -> FxHashMap<ValueId, i32> {
-    let insts = body.blocks.iter().flat_map(|block| &block.insts);
-    let number = |inst: &crate::ir::Inst| match (&inst.op, inst.results.first()) {
-        (Op::Const(Const::Int(n)), Some(result)) => Some((*result, *n)),
-        _ => None,
-    };
-    insts.filter_map(number).collect()
+    let number = |(v, value): (ValueId, &Const)| if let Const::Int(n) = value { Some((v, *n)) } else { None };
+    body.constants().filter_map(number).collect()
 }
 
 /// The stored elements of an array by index: the instruction of the first block, and the value.
 type Elements = FxHashMap<u32, (usize, ValueId)>;
 
 /// The elements of each array. `None` for arrays that are stored in other ways.
-fn stores(body: &Body) -> Vec<Option<Elements>> {
-    let numbers = numbers(body);
+fn stores(body: &Body, numbers: &FxHashMap<ValueId, i32>) -> Vec<Option<Elements>> {
     let mut stores = vec![Some(Elements::default()); body.slots.len()];
     for (id, block) in body.blocks.iter().enumerate() {
         let is_first = id == body.entry.index();

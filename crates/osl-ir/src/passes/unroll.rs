@@ -16,12 +16,7 @@ const MAX_GROWTH: usize = 8192;
 /// Runs the pass. Returns whether anything changed. `exact`: only results that double precision has too count
 /// as constants.
 pub(super) fn run(body: &mut Body, exact: bool) -> bool {
-    let mut known: FxHashMap<ValueId, Const> = FxHashMap::default();
-    for inst in body.blocks.iter().flat_map(|b| &b.insts) {
-        if let (Op::Const(value), Some(result)) = (&inst.op, inst.results.first()) {
-            known.insert(*result, value.clone());
-        }
-    }
+    let known = body.constants().map(|(v, value)| (v, value.clone())).collect();
     let mut unroll = Unroll { known, renaming: Renaming::default(), left: MAX_GROWTH, changed: false, exact };
     unroll.block(body, body.entry);
     if unroll.changed {

@@ -42,6 +42,17 @@ pub(super) struct Refiner<'a> {
     pub(super) said: Frame,
 }
 
+/// Pixels after their last round.
+pub(super) struct Sampled {
+    pub(super) pixels: Vec<u32>,
+    /// For each plane, the means of the pixels.
+    pub(super) means: Vec<Vec<f32>>,
+    /// Samples of each pixel.
+    pub(super) each: Vec<u32>,
+    pub(super) evaluations: u64,
+    pub(super) said: Frame,
+}
+
 impl<'a> Refiner<'a> {
     pub(super) fn new(shading: &Shading<'a>, pixels: Vec<u32>) -> Refiner<'a> {
         let planes = shading.planes().len();
@@ -115,6 +126,13 @@ impl<'a> Refiner<'a> {
         &self.pixels
     }
 
+    /// The pixels as they are now.
+    pub(super) fn done(self) -> Sampled {
+        let means = self.means();
+        let Refiner { pixels, each, evaluations, said, .. } = self;
+        Sampled { pixels, means, each, evaluations, said }
+    }
+
     /// For each plane, the means of the pixels.
     pub(super) fn means(&self) -> Vec<Vec<f32>> {
         self.sums.means(&self.each)
@@ -158,15 +176,16 @@ pub(super) fn power_below(samples: u32) -> u32 {
 }
 
 fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
-    let values = refiner.means();
-    let mut image = Image { frame: refiner.said, ..Image::default() };
-    image.tally.pixels = refiner.pixels.len() as u64;
-    image.tally.evaluations = refiner.evaluations;
-    image.tally.note_all(refiner.each.iter().copied());
-    image.samples = PixelSamples::Each(refiner.each);
-    image.tally.unfinished = refiner.active.len() as u64;
-    image.tally.not_finite = not_finite(&values);
-    image.frame.planes = shading.filled(values);
+    let unfinished = refiner.active.len() as u64;
+    let Sampled { pixels, means, each, evaluations, said } = refiner.done();
+    let mut image = Image { frame: said, ..Image::default() };
+    image.tally.pixels = pixels.len() as u64;
+    image.tally.evaluations = evaluations;
+    image.tally.note_all(each.iter().copied());
+    image.samples = PixelSamples::Each(each);
+    image.tally.unfinished = unfinished;
+    image.tally.not_finite = not_finite(&means);
+    image.frame.planes = shading.filled(means);
     image
 }
 

@@ -19,7 +19,7 @@ pub(super) const TOGETHER: usize = 1 << 19;
 /// Points that a thread handles at a time, unless one pixel has more.
 const PIECE: usize = 1 << 15;
 /// Pieces whose results are kept until those before them are there.
-const PIECES: usize = 64;
+pub(super) const PIECES: usize = 64;
 
 /// A program with everything needed to run it at any position of an image.
 #[derive(Clone)]
@@ -253,7 +253,7 @@ impl<'a> Shading<'a> {
             };
             Ok((planes.iter().map(sum).collect::<Vec<_>>(), said))
         };
-        self.pieces((pixels, each), piece, |_, (found, said)| {
+        self.side_by_side((pixels, pixels_of(each)), piece, |_, (found, said)| {
             batch.said.add(said, &self.options.limits.running);
             batch.blocks.iter_mut().zip(found).for_each(|(blocks, found)| blocks.extend(found));
         })?;
@@ -284,7 +284,7 @@ impl<'a> Shading<'a> {
             Ok((round.of(slots, &numbers, before), said))
         };
         let mut all = Vec::new();
-        self.pieces((slots, each), piece, |slots, (found, more)| {
+        self.side_by_side((slots, pixels_of(each)), piece, |slots, (found, more)| {
             said.add(more, &self.options.limits.running);
             take(slots, &found);
             all.push((slots, found));
@@ -293,23 +293,22 @@ impl<'a> Shading<'a> {
         Ok(())
     }
 
-    /// Handles pieces of a list, of which each item takes so many points, side by side. `piece` gets a
-    /// shading that runs on the calling thread, `take` the results in order. The pieces do not depend on the
-    /// number of threads, because what a point is charged depends on the points beside it.
-    fn pieces<'l, T: Sync, R: Send>(
+    /// Splits a list into pieces of a size and handles them side by side. `piece` gets a shading that runs on
+    /// the calling thread, `take` gets the results in order. The size must not depend on the number of
+    /// threads, because what a point is charged depends on the points beside it.
+    pub(super) fn side_by_side<'l, T: Sync, R: Send>(
         &self,
-        (list, each): (&'l [T], usize),
+        (list, size): (&'l [T], usize),
         piece: impl Fn(&Shading<'_>, &[T]) -> Result<R, RunError> + Sync,
         mut take: impl FnMut(&'l [T], R),
     ) -> Result<(), RunError> {
-        let size = (PIECE / each).max(1).next_multiple_of(STEP);
         if list.len() <= size || self.options.threads == Some(1) {
             for list in list.chunks(size) {
                 take(list, piece(self, list)?);
             }
             return Ok(());
         }
-        let options = self.on_one_thread();
+        let options = RunOptions { threads: Some(1), ..self.options.clone() };
         let shading = Shading { options: &options, ..self.clone() };
         for list in list.chunks(size * PIECES) {
             let found: Result<Vec<R>, RunError> =
@@ -317,11 +316,6 @@ impl<'a> Shading<'a> {
             list.chunks(size).zip(found?).for_each(|(list, found)| take(list, found));
         }
         Ok(())
-    }
-
-    /// The options of a run that does not leave the calling thread.
-    pub(super) fn on_one_thread(&self) -> RunOptions {
-        RunOptions { threads: Some(1), ..self.options.clone() }
     }
 
     /// Samples of pixels, plane by plane, and their weights unless all are 1.
@@ -368,7 +362,7 @@ impl<'a> Shading<'a> {
             Ok((planes.iter().map(halves).collect::<Vec<_>>(), said))
         };
         let mut found = [vec![Vec::with_capacity(pixels.len()); planes], vec![Vec::new(); planes]];
-        self.pieces((pixels, each), piece, |_, (planes, more)| {
+        self.side_by_side((pixels, pixels_of(each)), piece, |_, (planes, more)| {
             said.add(more, &self.options.limits.running);
             let [means, moves] = &mut found;
             for ((own, means), moves) in planes.into_iter().zip(means).zip(moves) {
@@ -415,6 +409,11 @@ impl<'a> Shading<'a> {
         }
         planes
     }
+}
+
+/// Pixels that a thread handles at a time, if each has so many samples.
+fn pixels_of(samples: usize) -> usize {
+    (PIECE / samples).max(1).next_multiple_of(STEP)
 }
 
 /// Number of pixels with a value that is NaN or infinite.

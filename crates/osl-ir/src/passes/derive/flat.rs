@@ -8,8 +8,7 @@
 use super::super::Options;
 use crate::global::Global;
 use crate::ir::{Body, Const, Kernel, LaneOp, Op, ValueId};
-use rustc_hash::{FxHashMap, FxHashSet};
-use std::sync::Arc;
+use rustc_hash::FxHashSet;
 
 /// The values of a program that are `P`, or a matrix between affine spaces.
 #[derive(Debug, Default)]
@@ -24,18 +23,17 @@ impl Flat {
         if options.affine.is_empty() || options.derivs.contains(&Global::P) {
             return Flat { values };
         }
-        let insts = || body.blocks.iter().flat_map(|block| &block.insts);
-        let mut names: FxHashMap<ValueId, &Arc<str>> = FxHashMap::default();
-        for inst in insts() {
-            if let (Op::Const(Const::Str(name)), Some(result)) = (&inst.op, inst.results.first()) {
-                names.insert(*result, name);
-            }
-        }
-        let is_affine = |name: &ValueId| names.get(name).is_some_and(|name| options.affine.contains(name));
-        for inst in insts() {
+        let names = body.constants().filter(|(_, value)| match value {
+            Const::Str(name) => options.affine.contains(name),
+            _ => false,
+        });
+        let names: FxHashSet<ValueId> = names.map(|(v, _)| v).collect();
+        for inst in body.blocks.iter().flat_map(|block| &block.insts) {
             let is_flat = match &inst.op {
                 Op::Global(Global::P) => true,
-                Op::Kernel(Kernel::SpaceMatrix { .. }, spaces) => spaces.iter().all(is_affine),
+                Op::Kernel(Kernel::SpaceMatrix { .. }, spaces) => {
+                    spaces.iter().all(|name| names.contains(name))
+                }
                 _ => false,
             };
             values.extend(inst.results.iter().filter(|_| is_flat));

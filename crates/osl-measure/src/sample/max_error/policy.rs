@@ -75,10 +75,8 @@ pub(super) const ESTIMATING: [f64; 2] = [14.0, 9.0];
 /// If estimating a pixel's error takes as long as this many evaluations, two samples are not tried: a pixel
 /// for which they are enough costs little more with four.
 pub(super) const DEAR_ESTIMATE: f64 = 2.0;
-/// The number of pixels that a thread samples together with limits, so that their sums stay in a cache; and
-/// of such pieces whose results are kept until those before them are there.
+/// The number of pixels that a thread samples together with limits, so that their sums stay in a cache.
 pub(super) const TOGETHER: usize = 4096;
-pub(super) const PIECES: usize = 64;
 /// The number of pixels at which operations are counted, which predict the time of an evaluation. An image
 /// must not depend on the clock, so that this is not measured.
 pub(super) const COUNTED: usize = 64;

@@ -7,13 +7,12 @@ use super::pilot::estimate;
 use super::policy::*;
 use super::probe::NEVER;
 use super::{Work, above, set};
-use crate::sample::adapt::Refiner;
-use crate::sample::image::Shading;
+use crate::sample::adapt::{Refiner, Sampled};
+use crate::sample::image::{PIECES, Shading};
 use crate::sample::operations::nanoseconds;
 use crate::sample::weights::weighted;
 use osl_exec::RunError;
 use pxfm::f_powf;
-use rayon::prelude::*;
 
 impl<'a> Work<'_, 'a> {
     /// The curvature of the coarsest lattice around each pixel. Pixels are numbered in the image.
@@ -56,22 +55,20 @@ impl<'a> Work<'_, 'a> {
             let share = f64::from(steps.failed) / ahead.max(1) as f64;
             self.above = share * (ahead + pixels.len()) as f64 + f64::from(off);
         }
-        self.take(pilot);
+        self.take(pilot.done());
         if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
             return self.plain(pixels, *samples, steps.power);
         }
-        // The last look may need more samples, but seldom.
-        let options = self.sampled.on_one_thread();
-        let alone = Shading { options: &options, ..self.sampled.clone() };
         for pixels in pixels.chunks(TOGETHER * PIECES) {
-            let one = |pixels: &[u32]| {
+            let piece = |sampled: &Shading<'_>, pixels: &[u32]| {
                 let guards = self.guards(&curvatures, pixels);
-                let mut some = Refiner::new(&alone, pixels.to_vec()).with(&self.weights);
+                let mut some = Refiner::new(sampled, pixels.to_vec()).with(&self.weights);
                 let unfinished = self.follow(&mut some, &guards, &steps)?;
-                Ok((some, unfinished))
+                Ok((some.done(), unfinished))
             };
-            let found: Result<Vec<_>, RunError> = pixels.par_chunks(TOGETHER).map(one).collect();
-            for (some, unfinished) in found? {
+            let mut found = Vec::new();
+            self.sampled.side_by_side((pixels, TOGETHER), piece, |_, one| found.push(one))?;
+            for (some, unfinished) in found {
                 self.unfinished += unfinished;
                 self.take(some);
             }
@@ -79,17 +76,18 @@ impl<'a> Work<'_, 'a> {
         Ok(())
     }
 
-    /// Takes over the pixels of a refiner, with their means.
-    fn take(&mut self, refiner: Refiner<'_>) {
+    /// Takes over pixels with their means.
+    fn take(&mut self, sampled: Sampled) {
+        let Sampled { pixels, means, each, evaluations, said } = sampled;
         self.samples.resize(self.known.len(), 0);
-        for (plane, means) in self.values.iter_mut().zip(refiner.means()) {
-            let pixels = refiner.pixels().iter().zip(means);
+        for (plane, means) in self.values.iter_mut().zip(means) {
+            let pixels = pixels.iter().zip(means);
             pixels.for_each(|(pixel, mean)| plane[(pixel - self.first) as usize] = mean);
         }
-        let pixels = refiner.pixels().iter().zip(&refiner.each);
-        pixels.for_each(|(pixel, each)| self.samples[(pixel - self.first) as usize] = *each);
-        self.evaluations += refiner.evaluations;
-        self.said.add(refiner.said, &self.shading.options.limits.running);
+        let pixels = pixels.iter().zip(each);
+        pixels.for_each(|(pixel, each)| self.samples[(pixel - self.first) as usize] = each);
+        self.evaluations += evaluations;
+        self.said.add(said, &self.shading.options.limits.running);
     }
 
     /// Takes the same number of samples in all pixels, and more in those that the later half of them moved
@@ -115,7 +113,7 @@ impl<'a> Work<'_, 'a> {
             again.round(samples, false)?;
             again.round(2 * samples, false)?;
             self.last_look(&mut again, power)?;
-            self.take(again);
+            self.take(again.done());
         }
         Ok(())
     }
