@@ -40,6 +40,9 @@ const TILES: usize = 128;
 const LEAST: usize = 1024;
 /// The largest number of points in a tile of an image, unless a batch is larger: its values fit the cache.
 const MOST: usize = 16384;
+/// Batches have their full width if a tile fills one in so many parts of it. Machine code is made for a
+/// width.
+const NARROW: usize = 4;
 
 /// Runs a program over all points of a source. `progress` is called with the number of finished points.
 ///
@@ -242,7 +245,13 @@ impl<'a> Run<'a> {
         } else {
             // This thread is one of them, which need not be woken.
             rayon::in_place_scope(|scope| {
-                (1..threads).for_each(|_| scope.spawn(|_| Worker::<A>::new(&work).run()));
+                // A thread that comes late may find nothing to do.
+                let help = |_: &rayon::Scope<'_>| {
+                    if work.is_open() {
+                        Worker::<A>::new(&work).run();
+                    }
+                };
+                (1..threads).for_each(|_| scope.spawn(help));
                 Worker::<A>::new(&work).run();
             });
         }
@@ -275,7 +284,7 @@ impl<'a> Run<'a> {
         };
         let largest = areas.iter().map(|area| area.points.len()).max().unwrap_or(1);
         // Few widths, so that runs share their machine code.
-        let width = batch.min(largest.next_power_of_two());
+        let width = if largest >= batch / NARROW { batch } else { largest.next_power_of_two() };
         (threads.clamp(1, areas.len().max(1)), width, areas)
     }
 
@@ -375,6 +384,11 @@ struct Work<'a, 'p> {
 }
 
 impl Work<'_, '_> {
+    /// Whether there is a tile that no worker has taken.
+    fn is_open(&self) -> bool {
+        self.open.lock().unwrap_or_else(PoisonError::into_inner).len() > 0
+    }
+
     /// The number of planes.
     fn planes(&self) -> usize {
         self.slots.planes.len() + usize::from(self.run.options.steps)

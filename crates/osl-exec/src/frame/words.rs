@@ -75,6 +75,15 @@ impl Words {
     pub fn as_floats(&self) -> &[f32] {
         bytemuck::cast_slice(self)
     }
+
+    /// The same in a vector. They are not copied unless they are in large pages.
+    #[must_use]
+    pub fn into_floats(mut self) -> Vec<f32> {
+        match &mut self.0 {
+            Memory::Own(own) => std::mem::take(own).into_iter().map(f32::from_bits).collect(),
+            Memory::Pages(..) => self.as_floats().to_vec(),
+        }
+    }
 }
 
 /// Memory of at least some bytes in large pages; `None` if the system refuses.
@@ -189,6 +198,8 @@ mod tests {
             assert_eq!((words.len(), words.last()), (count + 1, Some(&9)));
             assert_eq!(copy, words);
             assert_eq!(words.as_floats().len(), count + 1);
+            let floats = words.clone().into_floats();
+            assert!(floats.iter().map(|x| x.to_bits()).eq(words.iter().copied()));
             copy.reserve(count + PAGE);
             assert_eq!(copy, words);
             copy.append(&words);

@@ -48,7 +48,7 @@ pub use noise::noise_kind;
 use osl_ir::ir::{Const, Kind, MAX_ARGS};
 use osl_lanes::{Arg, Word};
 use osl_limits::Limits;
-use osl_simd::Isa;
+use osl_simd::{Isa, Kernel};
 
 /// Lanes are computed in multiples of this number: pairs of the widest vectors.
 const VECTORS: usize = 32;
@@ -110,6 +110,22 @@ pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     pub(crate) messages: Messages,
     /// The measured times, if the run is profiled.
     pub(crate) profile: Option<Box<Profile>>,
+}
+
+/// Writes what a function makes of the word of each lane.
+struct Each<'s, W, F> {
+    lanes: &'s [W],
+    out: &'s mut [u32],
+    of: F,
+}
+
+impl<W: Copy, F: Fn(W) -> u32> Kernel for Each<'_, W, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.out.iter_mut().zip(self.lanes).for_each(|(to, word)| *to = (self.of)(*word));
+    }
 }
 
 impl<'a, A: ArithmeticImpl> Machine<'a, A> {
@@ -274,7 +290,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         };
         match lanes {
             Arg::Same(word) => out.fill(single(word[0])),
-            Arg::Each(lanes) => out.iter_mut().zip(lanes).for_each(|(to, word)| *to = single(*word)),
+            Arg::Each(lanes) => self.isa.dispatch(Each { lanes, out, of: single }),
         }
         for (lane, to) in wide.iter_mut().enumerate() {
             let x = A::double(word(lane));

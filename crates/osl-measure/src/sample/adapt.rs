@@ -2,7 +2,7 @@
 
 use super::image::{Image, PixelSamples, Shading, not_finite};
 use super::pattern::{MAX_SAMPLES, Pattern};
-use super::round::Sums;
+use super::round::{Sums, as_range, put};
 use super::weights::Weights;
 use osl_exec::{Frame, RunError};
 use std::ops::Range;
@@ -86,8 +86,11 @@ impl<'a> Refiner<'a> {
         let Refiner { shading, pixels, active, sums, moved, errors, each, weights, said, .. } = self;
         let rounds = (self.samples..samples, estimate);
         shading.round((pixels, active), rounds, (sums, weights), said, |slots, found| {
-            for ((slot, own), error) in slots.iter().zip(&found.moved).zip(&found.errors) {
-                (moved[*slot], errors[*slot], each[*slot]) = (*own, *error, samples);
+            put(slots, &found.moved, moved);
+            put(slots, &found.errors, errors);
+            match as_range(slots).and_then(|range| each.get_mut(range)) {
+                Some(each) => each.fill(samples),
+                None => slots.iter().for_each(|slot| each[*slot] = samples),
             }
         })?;
         self.evaluations += self.active.len() as u64 * u64::from(samples - self.samples);

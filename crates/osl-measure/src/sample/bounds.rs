@@ -72,10 +72,14 @@ pub fn reaches(shading: &Shading<'_>) -> Result<Vec<Reach>, RunError> {
 /// The values of a plane below and above which there is one in a thousand; 0 without finite values.
 fn ends(plane: &[f32]) -> [f32; 2] {
     let mut values: Vec<f32> = plane.iter().copied().filter(|x| x.is_finite()).collect();
-    values.sort_unstable_by(f32::total_cmp);
     let left_out = (LEFT_OUT * values.len() as f64) as usize;
     let last = values.len().saturating_sub(1 + left_out);
-    [left_out, last].map(|at| values.get(at).copied().unwrap_or(0.0))
+    [left_out, last].map(|at| {
+        if at >= values.len() {
+            return 0.0;
+        }
+        *values.select_nth_unstable_by(at, f32::total_cmp).1
+    })
 }
 
 /// The planes of each output.

@@ -38,6 +38,7 @@ pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
 }
 
 /// The sum of the weights of some samples. `signs` has the weight of each, or none if all are 1.
+#[inline(always)]
 pub(super) fn weight(samples: usize, signs: &[f32]) -> f64 {
     if signs.is_empty() {
         return samples as f64;
@@ -62,6 +63,7 @@ pub(super) fn steady(weight: f64) -> f64 {
 }
 
 /// The value of a sample.
+#[inline(always)]
 pub(super) fn value(word: u32, kind: Kind) -> f32 {
     if kind == Kind::Int { word as i32 as f32 } else { f32::from_bits(word) }
 }
@@ -96,6 +98,7 @@ impl<'a> Shown<'a> {
 }
 
 /// The variance within rectangles, assumed equal along both axes, for each of `N` pixels.
+#[inline(always)]
 pub(super) fn within<const N: usize>(level: u32, cells: &[[f32; N]]) -> [f32; N] {
     let (columns, rows) = Pattern::rectangles(level);
     let Some(cells) = cells.get(..columns * rows) else { return [0.0; N] };

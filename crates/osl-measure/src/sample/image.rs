@@ -16,8 +16,13 @@ use std::ops::Range;
 
 /// Points held in memory at a time, unless one pixel has more.
 pub(super) const TOGETHER: usize = 1 << 19;
-/// Points that a thread handles at a time, unless one pixel has more.
-const PIECE: usize = 1 << 15;
+/// The largest and the smallest number of points that a thread handles at a time, unless one pixel has more.
+const PIECE: (usize, usize) = (1 << 15, 1 << 12);
+/// The number of pieces into which points are divided if there are enough.
+const PARTS: usize = 8;
+/// The number of tiles of a run of few points, and the smallest number of points of a tile.
+const TILES: usize = 4;
+const TILE: usize = 512;
 /// Pieces whose results are kept until those before them are there.
 pub(super) const PIECES: usize = 64;
 
@@ -148,17 +153,20 @@ impl Tally {
 
     /// Records the sample counts of pixels, one after the other.
     pub(super) fn note_all(&mut self, samples: impl Iterator<Item = u32>) {
-        // Nearly all numbers are 0 or powers of two.
+        // Most pixels have the number of the one before, and nearly all numbers are 0 or powers of two.
         let mut counts = [0; 33];
-        for n in samples {
-            if n & n.wrapping_sub(1) == 0 {
-                let place = u32::BITS - n.leading_zeros();
-                if let Some(count) = counts.get_mut(place as usize) {
-                    *count += 1;
-                }
-            } else {
-                self.note(n, 1);
+        let (mut number, mut count) = (0_u32, 0);
+        for n in samples.map(Some).chain([None]) {
+            if n == Some(number) {
+                count += 1;
+                continue;
             }
+            let place = u32::BITS - number.leading_zeros();
+            match counts.get_mut(place as usize).filter(|_| number & number.wrapping_sub(1) == 0) {
+                Some(all) => *all += count,
+                None => self.note(number, count),
+            }
+            (number, count) = (n.unwrap_or(0), 1);
         }
         for (count, place) in counts.into_iter().zip(0..) {
             self.note(if place == 0 { 0 } else { 1 << (place - 1) }, count);
@@ -230,10 +238,10 @@ impl<'a> Shading<'a> {
         points: &dyn PointSource,
         said: &mut Frame,
     ) -> Result<Vec<Vec<f32>>, RunError> {
-        let frame = self.run(points, 0..points.count())?;
-        let values = frame.planes.iter().map(Plane::floats).collect();
-        said.add(Frame { planes: Vec::new(), ..frame }, &self.options.limits.running);
-        Ok(values)
+        let mut frame = self.run(points, 0..points.count())?;
+        let planes = std::mem::take(&mut frame.planes);
+        said.add(frame, &self.options.limits.running);
+        Ok(planes.into_iter().map(|plane| plane.into_floats().into_floats()).collect())
     }
 
     /// Samples pixels and sums up each.
@@ -253,7 +261,7 @@ impl<'a> Shading<'a> {
             };
             Ok((planes.iter().map(sum).collect::<Vec<_>>(), said))
         };
-        self.side_by_side((pixels, pixels_of(each)), piece, |_, (found, said)| {
+        self.side_by_side((pixels, self.pixels_of(pixels.len(), each)), piece, |_, (found, said)| {
             batch.said.add(said, &self.options.limits.running);
             batch.blocks.iter_mut().zip(found).for_each(|(blocks, found)| blocks.extend(found));
         })?;
@@ -284,7 +292,7 @@ impl<'a> Shading<'a> {
             Ok((round.of(slots, &numbers, before), said))
         };
         let mut all = Vec::new();
-        self.side_by_side((slots, pixels_of(each)), piece, |slots, (found, more)| {
+        self.side_by_side((slots, self.pixels_of(slots.len(), each)), piece, |slots, (found, more)| {
             said.add(more, &self.options.limits.running);
             take(slots, &found);
             all.push((slots, found));
@@ -316,6 +324,15 @@ impl<'a> Shading<'a> {
             list.chunks(size).zip(found?).for_each(|(list, found)| take(list, found));
         }
         Ok(())
+    }
+
+    /// Of so many pixels with so many samples each, those that a thread handles at a time: fewer if several
+    /// threads are to have some.
+    fn pixels_of(&self, pixels: usize, samples: usize) -> usize {
+        let (most, least) = PIECE;
+        let is_alone = self.options.threads == Some(1);
+        let points = if is_alone { most } else { (pixels * samples / PARTS).clamp(least, most) };
+        (points / samples).max(1).next_multiple_of(STEP)
     }
 
     /// Samples of pixels, plane by plane, and their weights unless all are 1.
@@ -362,7 +379,7 @@ impl<'a> Shading<'a> {
             Ok((planes.iter().map(halves).collect::<Vec<_>>(), said))
         };
         let mut found = [vec![Vec::with_capacity(pixels.len()); planes], vec![Vec::new(); planes]];
-        self.side_by_side((pixels, pixels_of(each)), piece, |_, (planes, more)| {
+        self.side_by_side((pixels, self.pixels_of(pixels.len(), each)), piece, |_, (planes, more)| {
             said.add(more, &self.options.limits.running);
             let [means, moves] = &mut found;
             for ((own, means), moves) in planes.into_iter().zip(means).zip(moves) {
@@ -391,7 +408,13 @@ impl<'a> Shading<'a> {
     }
 
     pub(super) fn run(&self, points: &dyn PointSource, range: Range<usize>) -> Result<Frame, RunError> {
-        Run::new(self.program, self.services, points, self.options).points(range, &|_| ())
+        let usual = self.options.tile;
+        let tile = (range.len() / TILES).next_multiple_of(TILE);
+        if tile >= usual || self.options.threads == Some(1) {
+            return Run::new(self.program, self.services, points, self.options).points(range, &|_| ());
+        }
+        let options = RunOptions { tile, ..self.options.clone() };
+        Run::new(self.program, self.services, points, &options).points(range, &|_| ())
     }
 
     /// Numbers of the pixels in some rows.
@@ -409,11 +432,6 @@ impl<'a> Shading<'a> {
         }
         planes
     }
-}
-
-/// Pixels that a thread handles at a time, if each has so many samples.
-fn pixels_of(samples: usize) -> usize {
-    (PIECE / samples).max(1).next_multiple_of(STEP)
 }
 
 /// Number of pixels with a value that is NaN or infinite.

@@ -2,6 +2,7 @@
 //! pixel have one point in each of 2^m equal rectangles. A few dozen scrambles are kept. A hash of the pixel
 //! selects one, so that an image is the same however it is cut into pieces.
 
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Maximum samples per pixel: the length of the sequence, and so a property of the pattern.
@@ -9,6 +10,8 @@ pub const MAX_SAMPLES: u32 = 1 << 16;
 
 /// Number of scrambles.
 const SCRAMBLES: usize = 64;
+/// So many more samples of each are made by all threads.
+const MANY: usize = 64;
 
 /// The samples of all pixels of an image, in 0..1 along both axes. A copy shares them.
 #[derive(Clone, Debug)]
@@ -40,7 +43,11 @@ impl Pattern {
             samples.extend(more.map(|i| [0, 1].map(|axis| sobol_burley::sample(i, axis, own))));
             samples
         };
-        let each: Vec<Vec<[f32; 2]>> = (0..SCRAMBLES).map(scrambled).collect();
+        let is_long = count - self.count >= MANY;
+        let each: Vec<Vec<[f32; 2]>> = match is_long {
+            true => (0..SCRAMBLES).into_par_iter().with_min_len(SCRAMBLES / 8).map(scrambled).collect(),
+            false => (0..SCRAMBLES).map(scrambled).collect(),
+        };
         let (seed, samples) = (self.seed, each.concat().into());
         let pattern = Pattern { seed, count, samples, orders: Arc::default() };
         // With more samples, the largest of the known counts has a second half.

@@ -3,10 +3,12 @@
 //! All planes of eight pixels are examined together, so that the compiler puts the pixels into vectors. This
 //! module must not know which pixels need another round.
 
-use super::error::{Shown, add, value, weight, within};
+use super::error::{Shown, value, weight, within};
 use super::weights::{Weights, weighted};
 use osl_exec::Plane;
 use osl_ir::ir::Kind;
+use osl_simd::{Isa, Kernel};
+use std::ops::Range;
 
 /// Pixels that are examined in step.
 pub(super) const STEP: usize = 8;
@@ -40,18 +42,11 @@ impl Sums {
 
     /// Takes over the sums that a round found at some slots.
     pub(super) fn take(&mut self, slots: &[usize], found: &Found) {
-        let put = |to: &mut [f64], from: &[f64]| {
-            for (slot, value) in slots.iter().zip(from) {
-                if let Some(to) = to.get_mut(*slot) {
-                    *to = *value;
-                }
-            }
-        };
         if !found.weights.is_empty() {
             self.weights.resize(self.values.first().map_or(0, Vec::len), 0.0);
-            put(&mut self.weights, &found.weights);
+            put(slots, &found.weights, &mut self.weights);
         }
-        self.values.iter_mut().zip(&found.sums).for_each(|(to, from)| put(to, from));
+        self.values.iter_mut().zip(&found.sums).for_each(|(to, from)| put(slots, from, to));
     }
 
     /// The means, plane by plane, given the number of samples of each pixel.
@@ -62,6 +57,28 @@ impl Sums {
             false => plane.iter().zip(&self.weights).map(|(sum, weight)| mean(sum, *weight)).collect(),
         };
         self.values.iter().map(plane).collect()
+    }
+}
+
+/// The range of some numbers, which are in order, if none is missing between the first and the last.
+pub(super) fn as_range<I: Copy + TryInto<usize>>(numbers: &[I]) -> Option<Range<usize>> {
+    let at = |number: Option<&I>| (*number?).try_into().ok();
+    let (first, last) = (at(numbers.first())?, at(numbers.last())?);
+    (last.checked_sub(first)? == numbers.len() - 1).then_some(first..last + 1)
+}
+
+/// Writes values to their places, which are in order.
+pub(super) fn put<I: Copy + TryInto<usize>, T: Copy>(places: &[I], values: &[T], to: &mut [T]) {
+    if let Some(to) = as_range(places).and_then(|range| to.get_mut(range))
+        && to.len() == values.len()
+    {
+        to.copy_from_slice(values);
+        return;
+    }
+    for (place, value) in places.iter().zip(values) {
+        if let Some(to) = (*place).try_into().ok().and_then(|place| to.get_mut(place)) {
+            *to = *value;
+        }
     }
 }
 
@@ -82,27 +99,16 @@ impl Round<'_> {
     /// Examines the pixels of the round: their slots in the sums, and, if errors are wanted, their numbers in
     /// the pattern.
     pub(super) fn of(&self, slots: &[usize], numbers: &[u32], before: &Sums) -> Found {
-        let count = slots.len();
-        let mut found = Found {
-            sums: self.planes.iter().map(|_| Vec::with_capacity(count)).collect(),
-            moved: Vec::with_capacity(count),
-            errors: Vec::with_capacity(count),
-            weights: Vec::new(),
-        };
-        let mut cells = vec![[0.0; STEP]; self.shown.map_or(0, |shown| 1 << shown.level)];
-        for (at, slots) in slots.chunks(STEP).enumerate() {
-            let numbers = numbers.get(at * STEP..).unwrap_or(&[]);
-            self.in_step((at * STEP, slots, numbers), before, &mut cells, &mut found);
-        }
-        found
+        Isa::detect().dispatch(Examined { round: self, slots, numbers, before })
     }
 
-    /// The same for up to `STEP` pixels. `cells` is working memory.
+    /// The same for up to `STEP` pixels.
+    #[inline(always)]
     fn in_step(
         &self,
         (first, slots, numbers): (usize, &[usize], &[u32]),
         before: &Sums,
-        cells: &mut [[f32; STEP]],
+        memory: &mut Memory,
         found: &mut Found,
     ) {
         let Round { signs, each, samples, .. } = *self;
@@ -128,9 +134,10 @@ impl Round<'_> {
         let planes = self.planes.iter().zip(self.weights.iter()).zip(&before.values).zip(&mut found.sums);
         for (((plane, factor), before), to) in planes {
             let words = plane.words.get(range.clone()).unwrap_or(&[]);
+            memory.turn(words, (plane.kind, signs), each);
             let mut later = [0.0; STEP];
-            for ((later, words), at) in later.iter_mut().zip(words.chunks_exact(each)).zip(0..) {
-                add(later, words, plane.kind, signs.get(at * each..(at + 1) * each).unwrap_or(&[]));
+            for values in &memory.values {
+                (0..STEP).for_each(|lane| later[lane] += f64::from(values[lane]));
             }
             let mut sums = later;
             if !is_first {
@@ -145,8 +152,8 @@ impl Round<'_> {
             }
             to.extend_from_slice(&sums[..count]);
             let Some(shown) = self.shown.filter(|_| factor > 0.0) else { continue };
-            self.sort((words, signs, plane.kind), shown, numbers, cells);
-            let variances = within(shown.level, cells);
+            memory.sort(shown, numbers);
+            let variances = within(shown.level, &memory.cells);
             for lane in 0..STEP {
                 let scale = each as f64 / own[lane];
                 let variance = variances[lane] * (scale * scale) as f32;
@@ -162,33 +169,72 @@ impl Round<'_> {
         found.moved.extend_from_slice(&moved[..count]);
         found.errors.extend_from_slice(&errors[..count]);
     }
+}
 
-    /// Sorts the samples that show the error into the rectangles that contain them.
-    fn sort(
-        &self,
-        (words, signs, kind): (&[u32], &[f32], Kind),
-        shown: &Shown<'_>,
-        numbers: &[u32],
-        cells: &mut [[f32; STEP]],
-    ) {
-        let each = self.each;
-        for ((lane, words), number) in words.chunks_exact(each).enumerate().zip(numbers) {
-            let order = shown.order(*number);
-            let own = words.get(shown.first..).unwrap_or(&[]);
-            let cells = cells.iter_mut().map(|cell| &mut cell[lane]).zip(order);
+/// Some pixels of a round.
+struct Examined<'a> {
+    round: &'a Round<'a>,
+    slots: &'a [usize],
+    numbers: &'a [u32],
+    before: &'a Sums,
+}
+
+impl Kernel for Examined<'_> {
+    type Output = Found;
+
+    #[inline(always)]
+    fn run(self) -> Found {
+        let Examined { round, slots, numbers, before } = self;
+        let count = slots.len();
+        let mut found = Found {
+            sums: round.planes.iter().map(|_| Vec::with_capacity(count)).collect(),
+            moved: Vec::with_capacity(count),
+            errors: Vec::with_capacity(count),
+            weights: Vec::new(),
+        };
+        let cells = round.shown.map_or(0, |shown| 1 << shown.level);
+        let mut memory = Memory { values: vec![[0.0; STEP]; round.each], cells: vec![[0.0; STEP]; cells] };
+        for (at, slots) in slots.chunks(STEP).enumerate() {
+            let numbers = numbers.get(at * STEP..).unwrap_or(&[]);
+            round.in_step((at * STEP, slots, numbers), before, &mut memory, &mut found);
+        }
+        found
+    }
+}
+
+/// Working memory for `STEP` pixels.
+struct Memory {
+    /// For each sample, the values of the pixels.
+    values: Vec<[f32; STEP]>,
+    /// For each rectangle, the values of the samples in it.
+    cells: Vec<[f32; STEP]>,
+}
+
+impl Memory {
+    /// Takes over the samples of one plane, which are given pixel by pixel, times their weights.
+    #[inline(always)]
+    fn turn(&mut self, words: &[u32], (kind, signs): (Kind, &[f32]), each: usize) {
+        for (lane, words) in words.chunks_exact(each).take(STEP).enumerate() {
+            let values = self.values.iter_mut().map(|values| &mut values[lane]).zip(words);
             // The usual case, without a question for each sample.
             if kind == Kind::Float && signs.is_empty() {
-                cells.for_each(|(cell, i)| {
-                    *cell = own.get(*i as usize).map_or(0.0, |word| f32::from_bits(*word));
-                });
+                values.for_each(|(to, word)| *to = f32::from_bits(*word));
                 continue;
             }
-            let signs = signs.get(lane * each + shown.first..).unwrap_or(&[]);
-            let at = |i: usize| {
-                let sign = signs.get(i).copied().unwrap_or(1.0);
-                own.get(i).map_or(0.0, |word| value(*word, kind) * sign)
-            };
-            cells.for_each(|(cell, i)| *cell = at(*i as usize));
+            let signs = signs.get(lane * each..(lane + 1) * each).unwrap_or(&[]).iter().copied();
+            let signs = signs.chain(std::iter::repeat(1.0));
+            values.zip(signs).for_each(|((to, word), sign)| *to = value(*word, kind) * sign);
+        }
+    }
+
+    /// Sorts the samples that show the error into the rectangles that contain them.
+    #[inline(always)]
+    fn sort(&mut self, shown: &Shown<'_>, numbers: &[u32]) {
+        let own = self.values.get(shown.first..).unwrap_or(&[]);
+        for (lane, number) in numbers.iter().take(STEP).enumerate() {
+            let order = shown.order(*number);
+            let cells = self.cells.iter_mut().map(|cell| &mut cell[lane]).zip(order);
+            cells.for_each(|(cell, i)| *cell = own.get(*i as usize).map_or(0.0, |values| values[lane]));
         }
     }
 }

@@ -31,6 +31,7 @@ pub(super) struct Row {
 
 impl Row {
     /// The column and the row of a pixel.
+    #[inline(always)]
     pub(super) fn of(&mut self, pixel: u32, width: u32) -> [u32; 2] {
         if pixel.wrapping_sub(self.first) >= width {
             self.number = pixel / width;

@@ -30,6 +30,7 @@ impl Weights {
 }
 
 /// An error times the factor of its plane. An error without a bound does not count, even if it is NaN.
+#[inline(always)]
 pub(super) fn weighted(error: f32, weight: f32) -> f32 {
     if weight > 0.0 { error * weight } else { 0.0 }
 }

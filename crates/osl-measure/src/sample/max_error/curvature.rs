@@ -6,6 +6,7 @@ use super::cell::corners;
 use super::{Work, count};
 use crate::sample::rate::ticks;
 use crate::sample::weights::Weights;
+use osl_simd::{Isa, Kernel};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -54,6 +55,9 @@ impl<'a> Planes<'a> {
     }
 }
 
+/// Lines of cells that a thread examines together.
+const BAND: usize = 16;
+
 impl Work<'_, '_> {
     /// The curvatures of a lattice, for every cell with pending pixels. Those of a lattice that was computed
     /// as a whole are kept for every cell, because they change no more.
@@ -87,40 +91,23 @@ impl Planes<'_> {
     /// The curvatures of a lattice: [`curvature`](Self::curvature) of each of its cells, in some of the lines
     /// of cells.
     fn curvatures(&self, step: usize, wanted: Vec<bool>) -> Curvatures {
-        // A line of cells lies between two lines of the lattice.
-        let is_wanted = |line: usize| {
-            let below = line.checked_sub(1).filter(|_| step > 1).and_then(|line| wanted.get(line));
-            wanted.get(line) == Some(&true) || below == Some(&true)
-        };
         let columns = self.width.div_ceil(step);
         let (across, down) = (ticks(0..self.width, step).len(), ticks(0..self.height, step));
         let lattices: Vec<(Cow<'_, [f32]>, f32)> =
             self.weighty().map(|(plane, weight)| (self.lattice(plane, &down, step), weight)).collect();
-        // The largest curvatures over all planes at the pixels of each lattice line, along it and across it.
-        let mut lines = vec![0.0; 2 * across * down.len()];
-        let all = lines.par_chunks_mut(2 * across).zip(&down).enumerate().with_min_len(16);
-        all.filter(|(line, _)| is_wanted(*line)).for_each(|(line, (largest, y))| {
-            self.line(&lattices, (line, *y), step, largest.split_at_mut(across));
-        });
+        let isa = Isa::detect();
         let mut cells = vec![f32::INFINITY; columns * wanted.len()];
-        let all = cells.par_chunks_mut(columns).zip(&wanted).enumerate().with_min_len(16);
-        all.filter(|(_, (_, wanted))| **wanted).for_each(|(line, (cells, _))| {
-            let of_line = |line: usize| lines[2 * across * line..2 * across * (line + 1)].split_at(across);
-            let above = of_line(line);
-            if step == 1 {
-                let both = above.0.iter().zip(above.1);
-                cells.iter_mut().zip(both).for_each(|(cell, (across, down))| *cell = (across + down) / 8.0);
-                return;
-            }
-            let below = of_line((line + 1).min(down.len() - 1));
-            for (column, cell) in cells.iter_mut().enumerate() {
-                // A border that is a column of the lattice has a cell of its own.
-                let next = (column + 1).min(across - 1);
-                let largest = |above: &[f32], below: &[f32]| {
-                    larger(larger(above[column], below[column]), larger(above[next], below[next]))
-                };
-                *cell = (largest(above.0, below.0) + largest(above.1, below.1)) / 8.0;
-            }
+        cells.par_chunks_mut(columns * BAND).enumerate().for_each(|(band, cells)| {
+            let (first, lines) = (band * BAND, (&down[..], across));
+            isa.dispatch(Band {
+                planes: self,
+                lattices: &lattices,
+                step,
+                lines,
+                wanted: &wanted,
+                first,
+                cells,
+            });
         });
         Curvatures { step, columns, cells, wanted }
     }
@@ -144,6 +131,7 @@ impl Planes<'_> {
     /// The curvatures at the pixels of one lattice line, which has a number and is a row of the image: along
     /// the line, and across it. `lattices` are the pixels of the lattice in each plane, and the plane's
     /// factor.
+    #[inline(always)]
     fn line(
         &self,
         lattices: &[(Cow<'_, [f32]>, f32)],
@@ -214,6 +202,67 @@ impl Planes<'_> {
     }
 }
 
+/// Some lines of cells.
+struct Band<'a> {
+    planes: &'a Planes<'a>,
+    /// The pixels of the lattice in each plane, and the plane's factor.
+    lattices: &'a [(Cow<'a, [f32]>, f32)],
+    step: usize,
+    /// The rows of the lattice, and the number of its columns.
+    lines: (&'a [usize], usize),
+    /// Which lines of cells of the image are wanted.
+    wanted: &'a [bool],
+    /// The number of the first line.
+    first: usize,
+    cells: &'a mut [f32],
+}
+
+impl Kernel for Band<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Band { planes, lattices, step, lines: (rows, across), wanted, first, cells } = self;
+        let line_of = |number: usize, largest: &mut Vec<f32>| {
+            largest.clear();
+            largest.resize(2 * across, 0.0);
+            planes.line(lattices, (number, rows[number]), step, largest.split_at_mut(across));
+        };
+        // The largest curvatures over all planes at the pixels of the lattice lines above and below the
+        // cells: along the line, then across it.
+        let (mut above, mut below) = (Vec::new(), Vec::new());
+        let mut known = None;
+        for (line, cells) in (first..).zip(cells.chunks_mut(planes.width.div_ceil(step))) {
+            if wanted.get(line) != Some(&true) {
+                continue;
+            }
+            if known == Some(line) {
+                std::mem::swap(&mut above, &mut below);
+            } else {
+                line_of(line, &mut above);
+            }
+            let (along, over) = above.split_at(across);
+            if step == 1 {
+                let both = along.iter().zip(over);
+                cells.iter_mut().zip(both).for_each(|(cell, (a, b))| *cell = (a + b) / 8.0);
+                continue;
+            }
+            let next = (line + 1).min(rows.len() - 1);
+            line_of(next, &mut below);
+            known = Some(next);
+            let (along_below, over_below) = below.split_at(across);
+            for (column, cell) in cells.iter_mut().enumerate() {
+                // A border that is a column of the lattice has a cell of its own.
+                let next = (column + 1).min(across - 1);
+                let largest = |above: &[f32], below: &[f32]| {
+                    larger(larger(above[column], below[column]), larger(above[next], below[next]))
+                };
+                *cell = (largest(along, along_below) + largest(over, over_below)) / 8.0;
+            }
+        }
+    }
+}
+
 /// The first and the last lattice position along an axis that have a neighbour on either side. They stand in
 /// for the border positions.
 fn inside(size: usize, step: usize) -> Option<(usize, usize)> {
@@ -224,6 +273,7 @@ fn inside(size: usize, step: usize) -> Option<(usize, usize)> {
 /// Raises the largest curvatures, from the second column on, to at least the curvatures across three rows.
 /// The previous, the current and the next column are read from the rows in the order `at`: the same row three
 /// times, or a diagonal. `weight` is the factor of the plane.
+#[inline(always)]
 fn seconds(largest: &mut [f32], rows: [&[f32]; 3], (at, weight): ([usize; 3], f32)) {
     let part = |i: usize| rows[i].get(at[i]..).unwrap_or(&[]);
     let (a, b, c) = (part(0), part(1), part(2));
@@ -233,12 +283,14 @@ fn seconds(largest: &mut [f32], rows: [&[f32]; 3], (at, weight): ([usize; 3], f3
 }
 
 /// Absolute second difference of three neighbours; infinite if any is NaN.
+#[inline(always)]
 fn bent(before: f32, here: f32, behind: f32) -> f32 {
     let d = (before - 2.0 * here + behind).abs();
     if d.is_nan() { f32::INFINITY } else { d }
 }
 
 /// The larger of two numbers.
+#[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }

@@ -6,9 +6,12 @@ use super::policy::{COARSE, WHOLE, WIDEST};
 use super::{Work, above, add_set, count, scatter};
 use crate::sample::rate::{mix, stretch, ticks};
 use osl_exec::RunError;
+use rayon::prelude::*;
 
 /// A curvature above this multiple of the limit marks an edge.
 const EDGE: f32 = 4.0;
+/// Rows of pixels that a thread handles together.
+const ROWS: usize = 32;
 
 impl Work<'_, '_> {
     /// The corners of a cell of a lattice: left, right, top, bottom.
@@ -86,11 +89,30 @@ impl Work<'_, '_> {
             return self.whole(step);
         }
         let mut needed = vec![false; pending.len()];
-        for [x, y] in self.wanted(step, pending) {
-            self.around([x, y], step, |pixel| needed[pixel] = true);
+        if step == 1 {
+            self.beside(pending, &mut needed);
+        } else {
+            for at in self.wanted(step, pending) {
+                self.around([at as usize % self.width, at as usize / self.width], step, |pixel| {
+                    needed[pixel] = true;
+                });
+            }
         }
         self.centres(&needed)?;
         self.cells(step, pending)
+    }
+
+    /// Sets the flags of some pixels and of their eight neighbours.
+    fn beside(&self, pixels: &[bool], flags: &mut [bool]) {
+        let rows = flags.par_chunks_mut(self.width).with_min_len(ROWS).enumerate();
+        rows.for_each(|(y, flags)| {
+            for y in y.saturating_sub(1)..(y + 2).min(self.height) {
+                let row = &pixels[y * self.width..(y + 1) * self.width];
+                flags.iter_mut().zip(row).for_each(|(flag, pixel)| *flag |= pixel);
+                flags.iter_mut().skip(1).zip(row).for_each(|(flag, before)| *flag |= before);
+                flags.iter_mut().zip(row.iter().skip(1)).for_each(|(flag, behind)| *flag |= behind);
+            }
+        });
     }
 
     /// Computes a whole lattice and interpolates all pixels that were not computed.
@@ -172,29 +194,30 @@ impl Work<'_, '_> {
     /// Computes the corners of the cells with pending pixels and interpolates inside these cells.
     pub(super) fn cells(&mut self, step: usize, pending: &[bool]) -> Result<(), RunError> {
         self.fill();
-        let cells: Vec<[usize; 4]> =
-            self.wanted(step, pending).into_iter().map(|[x, y]| self.cell(x, y, step)).collect();
+        if step == 1 {
+            // A cell is one pixel.
+            return self.centres(pending);
+        }
+        let cells = self.wanted(step, pending);
         let mut needed = vec![false; pending.len()];
-        for [left, right, top, bottom] in &cells {
-            // In the lattice of all pixels, a cell is one pixel.
-            let (right, bottom) = if step == 1 { (left, top) } else { (right, bottom) };
+        let size = [self.width, self.height];
+        let cell = |at: &u32| corners(size, [*at as usize % size[0], *at as usize / size[0]], step);
+        for [left, right, top, bottom] in cells.iter().map(cell) {
             [top, bottom]
                 .iter()
-                .for_each(|y| [left, right].iter().for_each(|x| needed[**y * self.width + **x] = true));
+                .for_each(|y| [left, right].iter().for_each(|x| needed[y * size[0] + x] = true));
         }
         self.centres(&needed)?;
-        if step > 1 {
-            let (width, known) = (self.width, &self.known);
-            self.filled = Some([0; 2]);
-            for values in &mut self.values {
-                cells.iter().for_each(|cell| interpolate(values, known, width, *cell));
-            }
+        let known = &self.known;
+        self.filled = Some([0; 2]);
+        for values in &mut self.values {
+            cells.iter().for_each(|at| interpolate(values, known, size[0], cell(at)));
         }
         Ok(())
     }
 
     /// The cells with pending pixels, by their top left corners.
-    fn wanted(&self, step: usize, pending: &[bool]) -> Vec<[usize; 2]> {
+    fn wanted(&self, step: usize, pending: &[bool]) -> Vec<u32> {
         let mut cells = Vec::new();
         let mut any = vec![false; self.width];
         for (line, rows) in pending.chunks(step * self.width).enumerate() {
@@ -204,7 +227,7 @@ impl Work<'_, '_> {
             }
             if any.iter().fold(false, |all, any| all | any) {
                 let columns = any.chunks(step).enumerate().filter(|(_, cell)| cell.contains(&true));
-                cells.extend(columns.map(|(column, _)| [column * step, line * step]));
+                cells.extend(columns.map(|(column, _)| (line * step * self.width + column * step) as u32));
             }
         }
         cells
@@ -220,34 +243,26 @@ impl Work<'_, '_> {
             pending.fill(false);
             return;
         }
-        let mut edges = Vec::new();
         if step > 1 {
-            for (y, row) in pending.chunks_mut(self.width).enumerate() {
+            let rows = pending.par_chunks_mut(self.width).with_min_len(ROWS);
+            rows.enumerate().for_each(|(y, row)| {
                 let curvatures = curvatures.row(y / step);
                 match step {
                     2 => settle_cells::<2>(row, curvatures, limit),
                     _ => settle_cells::<COARSE>(row, curvatures, limit),
                 }
-            }
-        } else {
-            for (y, row) in pending.chunks_mut(self.width).enumerate() {
-                let curvatures = curvatures.row(y);
-                let is_edge = |pending: bool, curvature: f32| pending & above(curvature, EDGE * limit);
-                let pairs = row.iter().zip(curvatures);
-                if pairs.fold(false, |any, (pending, curvature)| any | is_edge(*pending, *curvature)) {
-                    let pairs = row.iter().zip(curvatures).enumerate();
-                    let found = pairs.filter(|(_, (pending, curvature))| is_edge(**pending, **curvature));
-                    edges.extend(found.map(|(x, _)| [x, y]));
-                }
-                row.iter_mut().zip(curvatures).for_each(|(pending, curvature)| {
-                    *pending &= above(*curvature, limit);
-                });
-            }
+            });
+            return;
         }
-        for [x, y] in edges {
-            for y in y.saturating_sub(1)..(y + 2).min(self.height) {
-                pending[y * self.width + x.saturating_sub(1)..y * self.width + (x + 2).min(self.width)]
-                    .fill(true);
+        let rows = pending.par_chunks_mut(self.width).with_min_len(ROWS).enumerate();
+        let edges: Vec<Vec<usize>> =
+            rows.map(|(y, row)| settle_pixels(row, curvatures.row(y), limit)).collect();
+        for (y, edges) in edges.into_iter().enumerate() {
+            for x in edges {
+                for y in y.saturating_sub(1)..(y + 2).min(self.height) {
+                    let row = y * self.width;
+                    pending[row + x.saturating_sub(1)..row + (x + 2).min(self.width)].fill(true);
+                }
             }
         }
     }
@@ -261,6 +276,21 @@ impl Work<'_, '_> {
         let cell = self.cell(nearest(x, self.width), nearest(y, self.height), step);
         Spot::between(self.width, cell, [x, y])
     }
+}
+
+/// Settles the pixels of a row whose curvature is at most a limit. Returns those that were pending and whose
+/// curvature is far above it.
+fn settle_pixels(row: &mut [bool], curvatures: &[f32], limit: f32) -> Vec<usize> {
+    let is_edge = |pending: bool, curvature: f32| pending & above(curvature, EDGE * limit);
+    let pairs = row.iter().zip(curvatures);
+    let mut edges = Vec::new();
+    if pairs.fold(false, |any, (pending, curvature)| any | is_edge(*pending, *curvature)) {
+        let pairs = row.iter().zip(curvatures).enumerate();
+        let found = pairs.filter(|(_, (pending, curvature))| is_edge(**pending, **curvature));
+        edges.extend(found.map(|(x, _)| x));
+    }
+    row.iter_mut().zip(curvatures).for_each(|(pending, curvature)| *pending &= above(*curvature, limit));
+    edges
 }
 
 /// Settles the pixels of a row in cells of a width whose curvature is at most a limit.

@@ -17,6 +17,7 @@
 mod cell;
 mod cheaper;
 mod curvature;
+mod flags;
 mod lattice;
 mod learn;
 mod pilot;
@@ -30,6 +31,7 @@ use super::adapt::power_below;
 use super::image::{Cheaper, Image, PixelSamples, Shading, not_finite};
 use super::weights::Weights;
 use curvature::Curvatures;
+use flags::{CHUNK, add_set, count, scatter, set, set_all};
 use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
@@ -91,7 +93,11 @@ pub fn max_error_each(
         above: 0.0,
         said: Frame::default(),
     };
-    work.run()
+    if shading.options.threads == Some(1) || work.known.len() < PARALLEL {
+        return work.run();
+    }
+    // The threads of the pool find the next step sooner than they can be woken.
+    rayon::scope(|_| work.run())
 }
 
 /// The variance of a filter's samples along one axis.
@@ -414,13 +420,6 @@ struct LatticeOutcome {
     near: usize,
 }
 
-/// How many pixels are pending.
-fn count(pending: &[bool]) -> usize {
-    // Sums of bytes, which the compiler puts into vectors.
-    let some = |pixels: &[bool]| usize::from(pixels.iter().map(|pending| u8::from(*pending)).sum::<u8>());
-    pending.chunks(128).map(some).sum()
-}
-
 /// The number of probes in so many pixels: one in `each`, and at least `sure` if that is no more than one in
 /// `PROBE[3]`.
 fn probes_of(pixels: usize, each: usize, sure: usize) -> usize {
@@ -437,61 +436,8 @@ fn trials(open: &[usize]) -> Vec<usize> {
 /// pixel of the image.
 const MANY: usize = 256;
 
-/// Flags that are looked at together. Most are equal to their neighbours.
-const CHUNK: usize = 32;
-
-/// Adds the numbers of the pixels whose flag is set. `first` is the number of the first.
-fn add_set(flags: &[bool], first: u32, pixels: &mut Vec<u32>) {
-    for (flags, first) in flags.chunks(CHUNK).zip((first..).step_by(CHUNK)) {
-        // Sums of bytes, which the compiler puts into vectors.
-        let set = usize::from(flags.iter().map(|flag| u8::from(*flag)).sum::<u8>());
-        if set == flags.len() {
-            pixels.extend(first..first + set as u32);
-        } else if set > 0 {
-            // Each is written where the next one that is set overwrites it, because a jump may be
-            // mispredicted.
-            let (mut some, mut count) = ([0; CHUNK + 1], 0);
-            for (flag, pixel) in flags.iter().zip(first..) {
-                some[count] = pixel;
-                count += usize::from(*flag);
-            }
-            pixels.extend_from_slice(&some[..count]);
-        }
-    }
-}
-
-/// The pixels whose flag is set, in order.
-fn set(flags: &[bool]) -> Vec<u32> {
-    let mut pixels = Vec::new();
-    add_set(flags, 0, &mut pixels);
-    pixels
-}
-
-/// The range of some pixels, which are in order, if none is missing between the first and the last.
-fn as_range(pixels: &[u32]) -> Option<Range<usize>> {
-    let (first, last) = (*pixels.first()? as usize, *pixels.last()? as usize);
-    (last - first == pixels.len() - 1).then_some(first..last + 1)
-}
-
-/// Sets the flags of some pixels, which are in order.
-fn set_all(pixels: &[u32], flags: &mut [bool]) {
-    for pixels in pixels.chunks(CHUNK) {
-        match as_range(pixels) {
-            Some(range) => flags[range].fill(true),
-            None => pixels.iter().for_each(|pixel| flags[*pixel as usize] = true),
-        }
-    }
-}
-
-/// Writes the values of some pixels, which are in order, to their places.
-fn scatter(pixels: &[u32], values: &[f32], to: &mut [f32]) {
-    for (pixels, values) in pixels.chunks(CHUNK).zip(values.chunks(CHUNK)) {
-        match as_range(pixels) {
-            Some(range) => to[range].copy_from_slice(values),
-            None => pixels.iter().zip(values).for_each(|(pixel, value)| to[*pixel as usize] = *value),
-        }
-    }
-}
+/// The number of pixels from which on threads help each other.
+const PARALLEL: usize = 4096;
 
 /// Whether an estimate is above a limit or NaN.
 fn above(estimate: f32, limit: f32) -> bool {

@@ -137,9 +137,12 @@ impl<'a> Pilot<'a> {
             let [error, moved] = [self.refiner.error(*slot), self.refiner.moved[*slot]];
             estimates[*slot] = estimate(error, moved, self.guards[*slot], samples);
         }
-        let order = order(&estimates);
-        let values = self.refiner.means();
-        let moves = self.rounds.last().map_or_else(Vec::new, |last| self.moves(&last.values, &values));
+        let values = || {
+            let values = self.refiner.means();
+            let moves = self.rounds.last().map_or_else(Vec::new, |last| self.moves(&last.values, &values));
+            (values, moves)
+        };
+        let (order, (values, moves)) = rayon::join(|| order(&estimates), values);
         self.rounds.push(Round { samples, estimates, order, values, moves });
         self.convergence = self.measured_convergence();
         self.tail = self.measured_tail();

@@ -10,10 +10,14 @@ use crate::sample::oracle::some_pixels;
 use crate::sample::pattern::hash;
 use crate::sample::weights::weighted;
 use osl_exec::RunError;
+use rayon::prelude::*;
 
 /// Standard errors added to the mean of a second look. They assume independent samples; the actual error is
 /// smaller.
 const DOUBT: f32 = 0.5;
+/// Probes that a thread examines together.
+const TOGETHER: usize = 512;
+
 /// First samples of pixels.
 #[derive(Default)]
 pub(super) struct Probes {
@@ -130,15 +134,17 @@ impl Work<'_, '_> {
         slots: &[usize],
         step: usize,
     ) -> Result<Vec<ProbeError>, RunError> {
-        let one = |work: &Self, slot: usize| ProbeError::of(work.error(probes, slot, step));
         let mut kept = self.kept(step).map(|kept| std::mem::take(&mut kept.errors));
-        let mut errors: Vec<ProbeError> = match &mut kept {
-            None => slots.iter().map(|slot| one(self, *slot)).collect(),
-            Some(kept) => {
-                kept.resize(probes.count(), None);
-                slots.iter().map(|slot| *kept[*slot].get_or_insert_with(|| one(self, *slot))).collect()
-            }
-        };
+        if let Some(kept) = &mut kept {
+            kept.resize(probes.count(), None);
+        }
+        let known = |slot: usize| kept.as_ref().and_then(|kept| kept[slot]);
+        let one =
+            |slot: &usize| known(*slot).unwrap_or_else(|| ProbeError::of(self.error(probes, *slot, step)));
+        let mut errors: Vec<ProbeError> = slots.par_iter().with_min_len(TOGETHER).map(one).collect();
+        if let Some(kept) = &mut kept {
+            slots.iter().zip(&errors).for_each(|(slot, error)| kept[*slot] = Some(*error));
+        }
         let is_open = |at: &usize| self.is_wrong(&errors[*at]) && !errors[*at].sure;
         let failed: Vec<usize> = (0..slots.len()).filter(is_open).collect();
         let mut kinds = SECOND_LOOKS.iter().take(if step == 1 { 2 } else { 1 });

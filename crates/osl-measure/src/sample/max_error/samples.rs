@@ -21,6 +21,13 @@ impl<'a> Work<'_, 'a> {
         within.map(|at| curvatures.at([at % self.width, at / self.width])).collect()
     }
 
+    /// The pixels whose flag is set, with their numbers in the image.
+    fn flagged(&self, flags: &[bool]) -> Vec<u32> {
+        let mut pixels = set(flags);
+        pixels.iter_mut().for_each(|pixel| *pixel += self.first);
+        pixels
+    }
+
     /// Finds out what an evaluation takes compared with an estimate, by counting operations at some of the
     /// pixels.
     fn measure_costs(&mut self, pixels: &[u32]) -> Result<(), RunError> {
@@ -34,8 +41,7 @@ impl<'a> Work<'_, 'a> {
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
     pub(super) fn sample(&mut self, pending: &[bool], off: f32) -> Result<(), RunError> {
-        let mut pixels: Vec<u32> = set(pending);
-        pixels.iter_mut().for_each(|pixel| *pixel += self.first);
+        let mut pixels = self.flagged(pending);
         if pixels.is_empty() {
             return Ok(());
         }
@@ -47,9 +53,9 @@ impl<'a> Work<'_, 'a> {
         let allowed = allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW);
         let (pilot, steps) = self.pilot(&curvatures, &pixels, allowed)?;
         self.sampled.pattern = pilot.pattern().clone();
-        let mut is_ahead = vec![false; pending.len()];
-        pilot.pixels().iter().for_each(|pixel| is_ahead[(pixel - self.first) as usize] = true);
-        pixels.retain(|pixel| !is_ahead[(pixel - self.first) as usize]);
+        let mut others = pending.to_vec();
+        pilot.pixels().iter().for_each(|pixel| others[(pixel - self.first) as usize] = false);
+        pixels = self.flagged(&others);
         if steps.short {
             let ahead = pilot.pixels().len();
             let share = f64::from(steps.failed) / ahead.max(1) as f64;
