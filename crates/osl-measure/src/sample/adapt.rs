@@ -2,7 +2,7 @@
 
 use super::image::{Image, PixelSamples, Shading, not_finite};
 use super::pattern::{MAX_SAMPLES, Pattern};
-use super::round::{Sums, as_range, put};
+use super::round::{Sums, put};
 use super::weights::Weights;
 use osl_exec::{Frame, RunError};
 use std::ops::Range;
@@ -88,10 +88,7 @@ impl<'a> Refiner<'a> {
         shading.round((pixels, active), rounds, (sums, weights), said, |slots, found| {
             put(slots, &found.moved, moved);
             put(slots, &found.errors, errors);
-            match as_range(slots).and_then(|range| each.get_mut(range)) {
-                Some(each) => each.fill(samples),
-                None => slots.iter().for_each(|slot| each[*slot] = samples),
-            }
+            slots.iter().for_each(|slot| each[*slot] = samples);
         })?;
         self.evaluations += self.active.len() as u64 * u64::from(samples - self.samples);
         self.samples = samples;

@@ -60,7 +60,7 @@ impl Sums {
     }
 }
 
-/// The range of some numbers, which are in order, if none is missing between the first and the last.
+/// Ascending numbers as a range; `None` if a number is missing between the first and the last.
 pub(super) fn as_range<I: Copy + TryInto<usize>>(numbers: &[I]) -> Option<Range<usize>> {
     let at = |number: Option<&I>| (*number?).try_into().ok();
     let (first, last) = (at(numbers.first())?, at(numbers.last())?);
