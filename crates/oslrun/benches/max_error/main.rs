@@ -9,7 +9,8 @@
 //! cargo bench -p oslrun --bench max_error -- [--file F] [--size N] [--seed N] [--commands] [--table] [NAME]
 //! ```
 //!
-//! `--commands` measures the same cases as whole commands, by the clock: the results must be there already.
+//! `--size` may name another size than the three. `--commands` measures the same cases as whole commands, by
+//! the clock: the results must be there already.
 //!
 //! Truths and best settings are kept in `target/max_error`. The first run takes half an hour on one core,
 //! later ones a quarter of one. The results are added to a file there (`--file` names another one), and a
@@ -199,7 +200,11 @@ fn main() {
         |shader: &&Shader| wanted.part.as_ref().is_none_or(|part| shader.name.contains(part.as_str()));
     let services = cases::services();
     let all = shaders();
-    let sides = if wanted.quick { vec![32] } else { SIDES.to_vec() };
+    let sides = match (wanted.quick, wanted.side) {
+        (true, _) => vec![32],
+        (false, Some(side)) => vec![side],
+        (false, None) => SIDES.to_vec(),
+    };
     if !wanted.table {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
         for shader in all.iter().filter(is_wanted) {
@@ -208,9 +213,7 @@ fn main() {
                 continue;
             }
             let compiled = shader.compile();
-            for side in
-                sides.iter().filter(|side| wanted.quick || wanted.side.is_none_or(|own| own == **side))
-            {
+            for side in &sides {
                 pool.install(|| measure(shader, &compiled, *side, (&services, &wanted)));
             }
         }

@@ -81,11 +81,13 @@ impl Work<'_, '_> {
             return Ok(found(failed));
         }
         self.whole(step)?;
-        let mut failed = self.failures(probes, &trials(&all), step)?;
-        if failed.0 <= HOPELESS {
-            failed = self.failures(probes, &all, step)?;
+        let mut failed = f32::INFINITY;
+        if self.failures(probes, &trials(&all), step)?.0 <= HOPELESS {
+            failed = self.failures(probes, &all, step)?.1;
         }
-        let failed = if failed.1 > spare { self.uneven(probes, &all) as f32 } else { failed.1 };
+        if failed > spare {
+            failed = self.uneven(probes, &all) as f32;
+        }
         if failed <= spare {
             pending.fill(false);
             return Ok(found(failed));
