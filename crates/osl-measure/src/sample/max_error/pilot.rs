@@ -27,7 +27,7 @@ impl<'a> Work<'_, 'a> {
         let (of_all, of_these, fewest) = PILOT;
         let (of_small, some) = SMALL_PILOT;
         let all = self.known.len();
-        let wanted = (all / of_all).max((all / of_small).min(some));
+        let wanted = (all / of_all).max((all / of_small).min(some)).min(LARGEST_PILOT);
         let wanted = wanted.min(pixels.len() / of_these).max(fewest);
         let seed = self.first ^ 0x2b07;
         let chosen = some_pixels(pixels.len(), wanted, seed).iter().map(|at| pixels[*at as usize]).collect();

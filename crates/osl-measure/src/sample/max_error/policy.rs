@@ -66,6 +66,8 @@ pub(super) const BELOW_FAILED: f32 = 0.9;
 /// Size of the pilot: one in so many pixels of the image, one in so many pixels that need samples, and the
 /// minimum.
 pub(super) const PILOT: (usize, usize, usize) = (16, 4, 64);
+/// The largest pilot. In an image of a million pixels, it has 16 that may exceed the bound; more teach nothing.
+pub(super) const LARGEST_PILOT: usize = 16_384;
 /// In small images, one in `0` of the pixels, up to `1` pixels, because fewer show too little.
 pub(super) const SMALL_PILOT: (usize, usize) = (10, 2048);
 /// What estimating a pixel's error after a round counts for: for any pixel, and for each plane.
