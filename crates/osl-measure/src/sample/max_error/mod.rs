@@ -158,15 +158,14 @@ impl<'a> Work<'_, 'a> {
     fn run(&mut self) -> Result<Image, RunError> {
         let mut pending = vec![true; self.width * self.height];
         self.coarse()?;
-        let mut off = 0.0;
+        let (mut off, mut probes) = (0.0, Probes::default());
         if self.shading.filter.width() <= WIDEST && !pending.is_empty() {
-            let mut probes = Probes::default();
             off = self.lattices(&mut probes, &mut pending)?;
             self.choose_arithmetic(&probes, &pending)?;
         }
         // Nothing needs the values of pixels between those of the lattice before.
         self.fill();
-        self.sample(&pending, off)?;
+        self.sample(&pending, off, &probes)?;
         Ok(self.image())
     }
 
@@ -421,8 +420,11 @@ struct LatticeOutcome {
 }
 
 /// The number of probes in so many pixels: one in `each`, and at least `sure` if that is no more than one in
-/// `PROBE[3]`.
+/// `PROBE[3]`. A small image has all of its probes at once.
 fn probes_of(pixels: usize, each: usize, sure: usize) -> usize {
+    if pixels < SMALL_IMAGE {
+        return (pixels / SMALL_PROBE).max(SURE_PROBES.min(pixels));
+    }
     let (fewest, most) = PEEKS;
     (pixels / each).max(sure.min(pixels / PROBE[3])).clamp(fewest, most).min(pixels)
 }

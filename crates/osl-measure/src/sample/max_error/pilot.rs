@@ -6,7 +6,7 @@ use super::Work;
 use super::curvature::Curvatures;
 use super::learn::{Rung, Steps, clairvoyant, fixed, order, steps};
 use super::policy::*;
-use super::probe::distance;
+use super::probe::{Probes, distance};
 use crate::sample::adapt::Refiner;
 use crate::sample::oracle::some_pixels;
 use crate::sample::weights::weighted;
@@ -20,18 +20,19 @@ impl<'a> Work<'_, 'a> {
     /// share of the pixels that may exceed the bound.
     pub(super) fn pilot(
         &mut self,
-        curvatures: &Curvatures,
+        (curvatures, probes): (&Curvatures, &Probes),
         pixels: &[u32],
         allowed: f32,
     ) -> Result<(Refiner<'a>, Steps), RunError> {
         let (of_all, of_these, fewest) = PILOT;
         let (of_small, some) = SMALL_PILOT;
         let all = self.known.len();
+        let (of_small, of_these) = if all < SMALL_IMAGE { (1, 1) } else { (of_small, of_these) };
         let wanted = (all / of_all).max((all / of_small).min(some)).min(LARGEST_PILOT);
         let wanted = wanted.min(pixels.len() / of_these).max(fewest);
         let seed = self.first ^ 0x2b07;
         let chosen = some_pixels(pixels.len(), wanted, seed).iter().map(|at| pixels[*at as usize]).collect();
-        let mut pilot = Pilot::new(self, curvatures, chosen);
+        let mut pilot = Pilot::new(self, (curvatures, self.range(probes)), chosen);
         let of = [pixels.len() as f32, self.known.len() as f32];
         pilot.take(pilot.first)?;
         loop {
@@ -45,30 +46,36 @@ impl<'a> Work<'_, 'a> {
         }
     }
 
-    /// The largest difference between two lattice values, over all planes.
-    fn range(&self) -> f32 {
-        let range = |plane: &Vec<f32>| {
-            // In several lanes, so that the compiler puts them into vectors.
-            let (chunks, rest) = plane.as_chunks::<LANES>();
-            let mut last = [f32::NAN; LANES];
-            last.iter_mut().zip(rest).for_each(|(last, x)| *last = *x);
-            let ends = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
-            let (low, high) = chunks.iter().chain([&last]).fold(ends, |(mut low, mut high), chunk| {
-                for lane in 0..LANES {
-                    let x = chunk[lane];
-                    let x = if x.abs() < f32::INFINITY { x } else { f32::NAN };
-                    low[lane] = if x < low[lane] { x } else { low[lane] };
-                    high[lane] = if x > high[lane] { x } else { high[lane] };
-                }
-                (low, high)
-            });
-            let low = low.into_iter().fold(f32::INFINITY, f32::min);
-            let high = high.into_iter().fold(f32::NEG_INFINITY, f32::max);
-            (high - low).max(0.0)
+    /// The largest difference between two values of the lattices or the probes, over all planes.
+    fn range(&self, probes: &Probes) -> f32 {
+        let none = Vec::new();
+        let seen = probes.values.iter().chain(std::iter::repeat(&none));
+        let size = |plane: &[f32], seen: &[f32]| {
+            let [[low, high], [lowest, highest]] = [plane, seen].map(ends);
+            (high.max(highest) - low.min(lowest)).max(0.0)
         };
-        let ranges = self.values.iter().zip(self.weights.iter());
-        ranges.map(|(plane, weight)| weighted(range(plane), weight)).fold(0.0, f32::max)
+        let planes = self.values.iter().zip(seen).zip(self.weights.iter());
+        planes.map(|((plane, seen), weight)| weighted(size(plane, seen), weight)).fold(0.0, f32::max)
     }
+}
+
+/// The smallest and the largest finite value.
+fn ends(values: &[f32]) -> [f32; 2] {
+    // In several lanes, so that the compiler puts them into vectors.
+    let (chunks, rest) = values.as_chunks::<LANES>();
+    let mut last = [f32::NAN; LANES];
+    last.iter_mut().zip(rest).for_each(|(last, x)| *last = *x);
+    let none = ([f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]);
+    let (low, high) = chunks.iter().chain([&last]).fold(none, |(mut low, mut high), chunk| {
+        for lane in 0..LANES {
+            let x = chunk[lane];
+            let x = if x.abs() < f32::INFINITY { x } else { f32::NAN };
+            low[lane] = if x < low[lane] { x } else { low[lane] };
+            high[lane] = if x > high[lane] { x } else { high[lane] };
+        }
+        (low, high)
+    });
+    [low.into_iter().fold(f32::INFINITY, f32::min), high.into_iter().fold(f32::NEG_INFINITY, f32::max)]
 }
 
 /// Values that are compared at a time.
@@ -108,10 +115,10 @@ struct Round {
 }
 
 impl<'a> Pilot<'a> {
-    fn new(work: &Work<'_, 'a>, curvatures: &Curvatures, pixels: Vec<u32>) -> Pilot<'a> {
+    fn new(work: &Work<'_, 'a>, (curvatures, range): (&Curvatures, f32), pixels: Vec<u32>) -> Pilot<'a> {
         let guards = work.guards(curvatures, &pixels);
         let (times, fewest, most) = MIN_SAMPLES;
-        let min_samples = (times * work.range() / work.wanted.error).clamp(fewest, most) as u32;
+        let min_samples = (times * range / work.wanted.error).clamp(fewest, most) as u32;
         Pilot {
             refiner: Refiner::new(&work.sampled, pixels).with(&work.weights),
             guards,

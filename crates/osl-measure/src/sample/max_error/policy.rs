@@ -66,10 +66,15 @@ pub(super) const BELOW_FAILED: f32 = 0.9;
 /// Size of the pilot: one in so many pixels of the image, one in so many pixels that need samples, and the
 /// minimum.
 pub(super) const PILOT: (usize, usize, usize) = (16, 4, 64);
-/// The largest pilot. In an image of a million pixels, it has 16 that may exceed the bound; more teach nothing.
+/// The largest pilot: 16 of its pixels may exceed the bound. More pixels teach nothing.
 pub(super) const LARGEST_PILOT: usize = 16_384;
-/// In small images, one in `0` of the pixels, up to `1` pixels, because fewer show too little.
+/// Where that is less, one in `0` of the pixels, up to `1` pixels, because fewer show too little.
 pub(super) const SMALL_PILOT: (usize, usize) = (10, 2048);
+/// An image of fewer pixels is *small*. A thousandth of it is a few pixels, which a share of its pixels does
+/// not show, and all of it costs little: its pilot has `SMALL_PILOT.1` pixels, or all that need samples, and
+/// one in `SMALL_PROBE` of its pixels gets a probe, at least `SURE_PROBES` or all.
+pub(super) const SMALL_IMAGE: usize = 16_384;
+pub(super) const SMALL_PROBE: usize = 4;
 /// What estimating a pixel's error after a round counts for: for any pixel, and for each plane.
 /// **Units:** nanoseconds. If limits save less, all pixels get the same number of samples. It takes about
 /// half as long again, but then fewer evaluations would be saved.
@@ -130,7 +135,7 @@ pub(super) const PROBE_WHOLE: usize = 36;
 pub(super) const SURE_PROBES: usize = 2048;
 /// In images of fewer pixels, too few probes lie between the pixels of the coarsest lattice to show features
 /// that are smaller than a pixel. There the lattice itself is searched for *spikes*.
-pub(super) const SPIKES_BELOW: usize = 40_000;
+pub(super) const SPIKES_BELOW: usize = 80_000;
 /// A pixel of the lattice is a spike if it differs by more than the first multiple of the bound from the
 /// mean of its neighbours in the lattice, and of the pixels beside it, and the neighbours differ from their
 /// mean by at most the second multiple.

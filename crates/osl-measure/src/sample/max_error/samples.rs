@@ -5,7 +5,7 @@ use super::curvature::Curvatures;
 use super::learn::Steps;
 use super::pilot::estimate;
 use super::policy::*;
-use super::probe::NEVER;
+use super::probe::{NEVER, Probes};
 use super::{Work, above, set};
 use crate::sample::adapt::{Refiner, Sampled};
 use crate::sample::image::{PIECES, Shading};
@@ -40,7 +40,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
-    pub(super) fn sample(&mut self, pending: &[bool], off: f32) -> Result<(), RunError> {
+    pub(super) fn sample(&mut self, pending: &[bool], off: f32, probes: &Probes) -> Result<(), RunError> {
         let mut pixels = self.flagged(pending);
         if pixels.is_empty() {
             return Ok(());
@@ -51,7 +51,7 @@ impl<'a> Work<'_, 'a> {
         // The values of the lattices are about to change.
         self.kept = Default::default();
         let allowed = allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW);
-        let (pilot, steps) = self.pilot(&curvatures, &pixels, allowed)?;
+        let (pilot, steps) = self.pilot((&curvatures, probes), &pixels, allowed)?;
         self.sampled.pattern = pilot.pattern().clone();
         let mut others = pending.to_vec();
         pilot.pixels().iter().for_each(|pixel| others[(pixel - self.first) as usize] = false);
@@ -60,6 +60,7 @@ impl<'a> Work<'_, 'a> {
             let ahead = pilot.pixels().len();
             let share = f64::from(steps.failed) / ahead.max(1) as f64;
             self.above = share * (ahead + pixels.len()) as f64 + f64::from(off);
+            self.unfinished += self.unsure(&pilot);
         }
         self.take(pilot.done());
         if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
@@ -144,8 +145,7 @@ impl<'a> Work<'_, 'a> {
             }
             refiner.round(*samples, !last || steps.short)?;
             if last && steps.short {
-                let wants = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
-                unfinished += refiner.active.iter().filter(wants).count() as u64;
+                unfinished += self.unsure(refiner);
             }
             if !last {
                 refiner.settle_by(|refiner, slot, error| {
@@ -157,6 +157,12 @@ impl<'a> Work<'_, 'a> {
             self.last_look(refiner, steps.power)?;
         }
         Ok(unfinished)
+    }
+
+    /// The number of pixels whose samples do not show that they are good enough.
+    fn unsure(&self, refiner: &Refiner<'_>) -> u64 {
+        let is_unsure = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
+        refiner.active.iter().filter(is_unsure).count() as u64
     }
 
     /// Takes more samples of pixels that the last half of their samples moved too far.
