@@ -47,7 +47,7 @@ impl Plane {
     }
 
     /// The values as the words of floats; ints are converted in their place.
-    pub fn into_floats(mut self) -> Words {
+    pub fn into_float_words(mut self) -> Words {
         if self.kind == Kind::Int {
             self.words.iter_mut().for_each(|word| *word = (*word as i32 as f32).to_bits());
         }

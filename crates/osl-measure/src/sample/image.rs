@@ -241,7 +241,7 @@ impl<'a> Shading<'a> {
         let mut frame = self.run(points, 0..points.count())?;
         let planes = std::mem::take(&mut frame.planes);
         said.add(frame, &self.options.limits.running);
-        Ok(planes.into_iter().map(|plane| plane.into_floats().into_floats()).collect())
+        Ok(planes.into_iter().map(|plane| plane.into_float_words().into_floats()).collect())
     }
 
     /// Samples pixels and sums up each.

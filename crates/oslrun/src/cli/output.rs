@@ -379,7 +379,7 @@ pub(super) fn stream(
         tallied.count(&piece.planes, wanted, args);
         let Frame { planes, .. } = piece;
         frame.add(Frame { planes: Vec::new(), ..piece }, &args.read.limits.limits().running);
-        let values: Vec<Words> = planes.into_iter().map(Plane::into_floats).collect();
+        let values: Vec<Words> = planes.into_iter().map(Plane::into_float_words).collect();
         time += started.elapsed();
         Ok(Some(values))
     })?;

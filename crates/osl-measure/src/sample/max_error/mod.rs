@@ -174,8 +174,10 @@ impl<'a> Work<'_, 'a> {
         let mut steps = vec![COARSE];
         let each = if self.has_spikes()? { PROBE[3] } else { PROBE[0] };
         let mut found = self.settle_by(&mut steps, probes, each, pending)?;
-        if found.near > 0 && !self.is_rough(&found, pending) {
-            found = self.settle_by(&mut steps, probes, each * 3 / 4, pending)?;
+        let closer = each * 3 / 4;
+        let has_more = probes_of(pending.len(), closer, 0) > probes.count();
+        if found.near > 0 && has_more && !self.is_rough(&found, pending) {
+            found = self.settle_by(&mut steps, probes, closer, pending)?;
         }
         if self.is_rough(&found, pending)
             && count(pending) as f32 > UNIFORM * pending.len() as f32

@@ -2,7 +2,8 @@
 //! compute a whole lattice at once than to decide for each cell, and probes alone show whether it is right.
 
 use super::policy::{
-    ALLOWED, COARSE, FIRST_TRIALS, HOPELESS, PROBE_WHOLE, SPIKE, SPIKES, SPIKES_BELOW, SURE_PROBES, TRIED,
+    ALLOWED, COARSE, FIRST_TRIALS, HOPELESS, PROBE_WHOLE, SMALL_IMAGE, SPIKE, SPIKES, SPIKES_BELOW,
+    SURE_PROBES, TRIED,
 };
 use super::probe::Probes;
 use super::{LatticeOutcome, Work, above, probes_of, trials};
@@ -120,10 +121,10 @@ impl Work<'_, '_> {
     }
 
     /// Whether the coarsest lattice hit so many features of about a pixel that it missed too many others.
-    /// Only small images ask: in others, probes show it.
+    /// Larger images do not ask, and small ones neither: there, probes show it.
     pub(super) fn has_spikes(&mut self) -> Result<bool, RunError> {
         let (width, height) = (self.width, self.height);
-        if width * height >= SPIKES_BELOW {
+        if !(SMALL_IMAGE..SPIKES_BELOW).contains(&(width * height)) {
             return Ok(false);
         }
         let inner = |size: usize| (COARSE..size.saturating_sub(COARSE)).step_by(COARSE);
