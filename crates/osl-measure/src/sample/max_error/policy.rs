@@ -133,8 +133,8 @@ pub(super) const HOPELESS: usize = 6;
 pub(super) const PROBE_WHOLE: usize = 36;
 /// Probes that show by themselves whether one in a thousand pixels is wrong.
 pub(super) const SURE_PROBES: usize = 2048;
-/// In images of fewer pixels that are not small, too few probes lie between the pixels of the coarsest lattice
-/// to show features that are smaller than a pixel. There the lattice itself is searched for *spikes*.
+/// In images of fewer pixels that are not small, too few probes lie between the pixels of the coarsest
+/// lattice to show features that are smaller than a pixel. There the lattice itself is searched for *spikes*.
 pub(super) const SPIKES_BELOW: usize = 80_000;
 /// A pixel of the lattice is a spike if it differs by more than the first multiple of the bound from the
 /// mean of its neighbours in the lattice, and of the pixels beside it, and the neighbours differ from their
