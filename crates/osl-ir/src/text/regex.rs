@@ -27,16 +27,23 @@ const SEARCH: u64 = 10;
 /// take part.
 pub type Groups = Vec<Option<(usize, usize)>>;
 
+/// Patterns that a thread keeps compiled. A shader uses the same few at every point.
+const KEPT: usize = 8;
+
 thread_local! {
-    /// The last pattern of this thread: a shader uses the same one at every point.
-    static LAST: RefCell<Last> = const { RefCell::new(Last { text: String::new(), limits: (0, 0), compiled: None }) };
+    /// The last patterns of this thread, the latest one first.
+    static LAST: RefCell<Vec<Compiled>> = const { RefCell::new(Vec::new()) };
 }
 
-/// A pattern, the limits with which it was compiled, and the result.
-struct Last {
+/// A pattern, and the result of compiling it.
+struct Compiled {
     text: String,
+    /// Whether it is to match a whole string.
+    whole: bool,
+    /// The limits with which it was compiled.
     limits: (u64, u64),
-    compiled: Option<Pattern>,
+    /// `None` if the pattern is malformed or too large. That takes as long to find out as to compile one.
+    pattern: Option<Pattern>,
 }
 
 /// A compiled pattern.
@@ -61,28 +68,16 @@ impl Pattern {
         limits: &Running,
         f: impl FnOnce(&Pattern) -> T,
     ) -> Result<T, ()> {
-        let wrapped;
-        let text = if whole {
-            wrapped = format!("^(?:{pattern})$");
-            &wrapped
-        } else {
-            pattern
-        };
-        let known = (limits.regex_bytes, limits.regex_retries);
-        let [bytes, most] = [known.0, known.1].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+        let limits = (limits.regex_bytes, limits.regex_retries);
         LAST.with_borrow_mut(|last| {
-            if last.compiled.is_none() || last.text != text || last.limits != known {
-                last.compiled = SHARES.into_iter().find_map(|share| {
-                    let size = bytes / share;
-                    let mut builder = RegexBuilder::new(&translated(text));
-                    builder.bytes_mode(BytesMode::Ascii).backtrack_limit(most).delegate_size_limit(size);
-                    let regex = builder.build().ok()?;
-                    let retries = if retries(pattern) { known.1 } else { 0 };
-                    Some(Pattern { regex, size, retries })
-                });
-                (last.text, last.limits) = (text.to_string(), known);
+            match last.iter().position(|c| c.text == pattern && c.whole == whole && c.limits == limits) {
+                Some(at) => last.get_mut(..=at).unwrap_or_default().rotate_right(1),
+                None => {
+                    last.truncate(KEPT - 1);
+                    last.insert(0, Compiled::new(pattern, whole, limits));
+                }
             }
-            last.compiled.as_ref().map(f).ok_or(())
+            last.first().and_then(|c| c.pattern.as_ref()).map(f).ok_or(())
         })
     }
 
@@ -111,6 +106,21 @@ impl Pattern {
     /// Its match with the whole of a string.
     pub fn whole(&self, s: &str) -> Option<Groups> {
         self.find(s).filter(|g| g.first() == Some(&Some((0, s.len()))))
+    }
+}
+
+impl Compiled {
+    fn new(text: &str, whole: bool, limits: (u64, u64)) -> Self {
+        let wrapped = if whole { format!("^(?:{text})$") } else { text.to_string() };
+        let [bytes, most] = [limits.0, limits.1].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+        let pattern = SHARES.into_iter().find_map(|share| {
+            let size = bytes / share;
+            let mut builder = RegexBuilder::new(&translated(&wrapped));
+            builder.bytes_mode(BytesMode::Ascii).backtrack_limit(most).delegate_size_limit(size);
+            let regex = builder.build().ok()?;
+            Some(Pattern { regex, size, retries: if retries(text) { limits.1 } else { 0 } })
+        });
+        Compiled { text: text.to_string(), whole, limits, pattern }
     }
 }
 
@@ -209,6 +219,27 @@ mod tests {
     #[test]
     fn endless_backtracking_ends() {
         assert_eq!(find(&"a".repeat(40), "^(a|aa|a*)*\\1b$"), Ok(None));
+    }
+
+    #[test]
+    fn the_last_patterns_are_compiled_once() {
+        let known =
+            || LAST.with_borrow(|last| last.iter().map(|c| (c.text.clone(), c.whole)).collect::<Vec<_>>());
+        let first = ["(a", "b{3000}{3000}", "c"];
+        for pattern in first {
+            assert_eq!(
+                (find("c", pattern).is_ok(), whole("c", pattern).is_ok()),
+                (pattern == "c", pattern == "c")
+            );
+        }
+        let twice = |text: &str| [(text.to_string(), true), (text.to_string(), false)];
+        assert_eq!(known(), ["c", "b{3000}{3000}", "(a"].map(twice).concat());
+        // A known pattern, malformed or not, moves to the front; the oldest ones go.
+        assert_eq!((find("x", "(a"), known()[0].0.as_str()), (Err(()), "(a"));
+        for n in 0..KEPT - 1 {
+            assert_eq!(find("x", &format!("x{{{}}}", n + 2)), Ok(None));
+        }
+        assert_eq!((known().len(), known()[KEPT - 1].0.as_str()), (KEPT, "(a"));
     }
 
     #[test]
