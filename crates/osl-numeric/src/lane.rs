@@ -7,7 +7,7 @@
 use super::color::ColorSystem;
 use super::geometry::Triple;
 use super::int::Int;
-use super::matrix::{Matrix, equal};
+use super::matrix::Matrix;
 use super::{Real, arith};
 
 macro_rules! functions {
@@ -34,9 +34,9 @@ functions! {
     eq(a: R, b: R) -> R::Int = R::Int::of_mask(arith::eq(a, b));
     ne(a: R, b: R) -> R::Int = R::Int::of_mask(arith::ne(a, b));
     triple_eq(a: Triple<R>, b: Triple<R>) -> R::Int = R::Int::of_mask(same(a, b));
-    triple_ne(a: Triple<R>, b: Triple<R>) -> R::Int = R::Int::of_mask(!same(a, b));
-    matrix_eq(a: Matrix<R>, b: Matrix<R>) -> R::Int = R::Int::of_mask(equal(a, b));
-    matrix_ne(a: Matrix<R>, b: Matrix<R>) -> R::Int = R::Int::of_mask(!equal(a, b));
+    triple_ne(a: Triple<R>, b: Triple<R>) -> R::Int = R::Int::of_mask(differ(a, b));
+    matrix_eq(a: Matrix<R>, b: Matrix<R>) -> R::Int = R::Int::of_mask(same(a, b));
+    matrix_ne(a: Matrix<R>, b: Matrix<R>) -> R::Int = R::Int::of_mask(differ(a, b));
     choose(c: R::Int, a: R, b: R) -> R = R::select(c.is_true(), a, b);
     lower(a: R, b: R) -> R = R::select(arith::lt(a, b), a, b);
     root(x: R) -> R = x.sqrt();
@@ -116,10 +116,24 @@ int_functions! {
     choose_int(c, a, b) = I::select(c.is_true(), a, b);
 }
 
-/// Whether all components are equal, in OSL's sense.
+/// Whether all components are equal, in OSL's sense: a NaN equals everything.
 #[inline(always)]
-fn same<R: Real>(a: Triple<R>, b: Triple<R>) -> R::Mask {
-    arith::eq(a[0], b[0]) & arith::eq(a[1], b[1]) & arith::eq(a[2], b[2])
+fn same<R: Real, const N: usize>(a: [R; N], b: [R; N]) -> R::Mask {
+    let mut same = arith::eq(a[0], b[0]);
+    for at in 1..N {
+        same = same & arith::eq(a[at], b[at]);
+    }
+    same
+}
+
+/// Whether some components differ, in OSL's sense: a NaN differs from everything.
+#[inline(always)]
+fn differ<R: Real, const N: usize>(a: [R; N], b: [R; N]) -> R::Mask {
+    let mut differ = arith::ne(a[0], b[0]);
+    for at in 1..N {
+        differ = differ | arith::ne(a[at], b[at]);
+    }
+    differ
 }
 
 /// The body of the lane operation `mchoose`.

@@ -240,13 +240,3 @@ pub fn transform_normal<R: Real>(m: Matrix<R>, n: Triple<R>) -> Triple<R> {
 pub fn normal_matrix<R: Real>(m: Matrix<R>) -> Matrix<R> {
     transpose(inverse(m))
 }
-
-/// Whether every element equals that of the other.
-#[inline(always)]
-pub fn equal<R: Real>(a: Matrix<R>, b: Matrix<R>) -> R::Mask {
-    let mut same = a[0].eq(b[0]);
-    for at in 1..16 {
-        same = same & a[at].eq(b[at]);
-    }
-    same
-}

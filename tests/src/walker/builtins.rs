@@ -3,7 +3,7 @@
 
 use super::expr::is_literal;
 use super::{Stop, Value, Walker, math};
-use osl_hir::hir::BuiltinCall;
+use osl_hir::hir::{BuiltinCall, ExprKind};
 use osl_ir::ir::Const;
 use osl_ir::text::{self, Flavour, TextFn};
 use osl_ir::types::Type;
@@ -115,6 +115,14 @@ impl Walker<'_> {
         let literal = call.args.last().is_some_and(is_literal);
         match call.row.name {
             "exit" => return Err(Stop::Exit),
+            "format"
+                if call
+                    .args
+                    .iter()
+                    .all(|e| matches!(e.kind, ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_))) =>
+            {
+                return Ok(Value::Text(formatted(&args, Flavour::Folded)?.into()));
+            }
             "printf" => {
                 let text = formatted(&args, Flavour::Print)?;
                 self.outcome.printed += &text;

@@ -85,6 +85,12 @@ fn compared(op: B, a: f32, b: f32) -> Option<bool> {
     })
 }
 
+/// Equal if all components are, different if some are.
+fn equality(op: B, a: &[f32], b: &[f32]) -> bool {
+    let mut truths = a.iter().zip(b).map(|(a, b)| compared(op, *a, *b) == Some(true));
+    if op == B::Eq { truths.all(|truth| truth) } else { truths.any(|truth| truth) }
+}
+
 fn float(op: B, a: f32, b: f32, literal: bool) -> Result<f32, Stop> {
     Ok(match op {
         B::Add => a + b,
@@ -97,10 +103,7 @@ fn float(op: B, a: f32, b: f32, literal: bool) -> Result<f32, Stop> {
 
 fn triples(op: B, a: [f32; 3], b: [f32; 3], literal: bool) -> Result<Value, Stop> {
     if let B::Eq | B::Ne = op {
-        if a.iter().chain(&b).any(|x| x.is_nan()) {
-            return Err(Stop::Open("NaN in a comparison of triples"));
-        }
-        return Ok(Value::Int(((a == b) == (op == B::Eq)).into()));
+        return Ok(Value::Int(equality(op, &a, &b).into()));
     }
     if op == B::Div && math::is_mixed(b) {
         return Err(Stop::Open("a triple of divisors with a zero"));
@@ -114,11 +117,7 @@ fn triples(op: B, a: [f32; 3], b: [f32; 3], literal: bool) -> Result<Value, Stop
 
 fn matrices(op: B, a: &Value, b: &Value) -> Result<Value, Stop> {
     if let B::Eq | B::Ne = op {
-        let (a, b) = (a.matrix(), b.matrix());
-        if a.iter().chain(&b).any(|x| x.is_nan()) {
-            return Err(Stop::Open("NaN in a comparison of matrices"));
-        }
-        return Ok(Value::Int(((a == b) == (op == B::Eq)).into()));
+        return Ok(Value::Int(equality(op, &a.matrix(), &b.matrix()).into()));
     }
     Ok(Value::Matrix(match (op, a, b) {
         (B::Mul, Value::Matrix(a), Value::Matrix(b)) => product(a, b),

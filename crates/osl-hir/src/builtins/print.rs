@@ -1,7 +1,8 @@
 //! Printing: text from a format string, to the run's output, to strings, to files, as errors and warnings.
 
 use super::{Builtin, Emitted, Site};
-use osl_ir::ir::{Builder, Kernel, Kind, Shape, Sink, ValueId};
+use osl_ir::ir::{Builder, Const, Kernel, Kind, Shape, Sink, ValueId};
+use osl_ir::text::{self, Flavour, Value};
 
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
@@ -67,7 +68,7 @@ pub(super) static ROWS: &[Builtin] = &[
     .derivatives("none: the result is a string")
     .extremes(
         "The text is that of printf, except that strings shorter than their width are aligned to the \
-         right.",
+         right, and that `%%` stays if all arguments are literals.",
     )
     .example("string name = format(\"tile_%04d.png\", 7);"),
 ];
@@ -103,9 +104,21 @@ fn print(b: &mut Builder, s: &Site<'_>, sink: Sink) -> Emitted {
     Emitted::default()
 }
 
+/// Bytes of a text that is made at compile time.
+const MAX_FOLDED: u64 = 64 << 10;
+
 fn format(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let mut args = vec![s.arg(0)];
     let (mut rest, shapes) = values(b, s, 1);
     args.append(&mut rest);
-    b.kernel(Kernel::Format(shapes), &args, Kind::Str).into()
+    let known: Option<Vec<Const>> = args.iter().map(|arg| b.known(*arg, args.len()).cloned()).collect();
+    match known.as_deref() {
+        // The reference formats literals while it optimises.
+        Some([Const::Str(format), values @ ..]) => {
+            let values: Vec<Value> = values.iter().map(|value| Value::Consts(vec![value.clone()])).collect();
+            let text = text::format(format, &values, Flavour::Folded, MAX_FOLDED);
+            b.constant(Const::Str(text.into())).into()
+        }
+        _ => b.kernel(Kernel::Format(shapes), &args, Kind::Str).into(),
+    }
 }

@@ -123,11 +123,19 @@ impl Builder {
         }
     }
 
+    /// The constant of a value, if it is among the last `recent` instructions of this block.
+    pub fn known(&self, value: ValueId, recent: usize) -> Option<&Const> {
+        let insts = &self.body.blocks.get(self.current.index())?.insts;
+        match &insts.iter().rev().take(recent).find(|inst| inst.results.first() == Some(&value))?.op {
+            Op::Const(known) => Some(known),
+            _ => None,
+        }
+    }
+
     /// The int of a value, if it is a constant that was just written.
     pub fn known_int(&self, value: ValueId) -> Option<i32> {
-        let insts = &self.body.blocks.get(self.current.index())?.insts;
-        match insts.iter().rev().take(4).find(|inst| inst.results.first() == Some(&value))?.op {
-            Op::Const(Const::Int(n)) => Some(n),
+        match self.known(value, 4)? {
+            Const::Int(n) => Some(*n),
             _ => None,
         }
     }

@@ -5,15 +5,19 @@
 
 use crate::ir::Const;
 
-/// The two ways in which the language formats.
+/// The ways in which the language formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flavour {
     /// `printf`, `error`, `warning`, `fprintf`: strings are aligned to the left, and `%%` is a percent sign.
     /// With the flag `0`, ints have no precision, and all text is padded with zeros; a `.` without digits is
     /// not a precision.
     Print,
-    /// `format`: strings are aligned to the right unless flagged, `%%` stays, and infinity is `Inf`.
+    /// `format`: strings are aligned to the right unless flagged, `%%` is a percent sign, infinity is `Inf`, and
+    /// octals have no sign.
     Format,
+    /// `format` of literals, which the reference executes while it optimises: as `Format`, but `%%` stays, and
+    /// octals have a sign.
+    Folded,
 }
 
 /// The value of one conversion, or the elements of an array.
@@ -36,7 +40,7 @@ pub fn format(text: &str, values: &[Value], flavour: Flavour, most: u64) -> Stri
         out.push_str(&rest[..at]);
         rest = &rest[at..];
         if let Some(behind) = rest.strip_prefix("%%") {
-            out.push_str(if flavour == Flavour::Print { "%" } else { "%%" });
+            out.push_str(if flavour == Flavour::Folded { "%%" } else { "%" });
             rest = behind;
             continue;
         }
@@ -169,7 +173,7 @@ impl Spec {
         let (sign, digits) = match self.letter {
             b'x' => (if prefixed { "0x" } else { "" }, format!("{:x}", n as u32)),
             b'X' => (if prefixed { "0X" } else { "" }, format!("{:X}", n as u32)),
-            // The reference prints the sign of negative octals.
+            b'o' if flavour == Flavour::Format => ("", format!("{:o}", n as u32)),
             b'o' => (if negative { "-" } else { "" }, format!("{:o}", n.unsigned_abs())),
             _ => (self.sign(negative), n.unsigned_abs().to_string()),
         };
@@ -198,9 +202,9 @@ impl Spec {
         if !x.is_finite() {
             let name = match (x.is_nan(), flavour) {
                 (true, Flavour::Print) => "nan",
-                (true, Flavour::Format) => "NaN",
+                (true, _) => "NaN",
                 (false, Flavour::Print) => "inf",
-                (false, Flavour::Format) => "Inf",
+                (false, _) => "Inf",
             };
             return Spec { zero: false, ..*self }.pad(sign, name, flavour, out);
         }
@@ -295,7 +299,7 @@ mod tests {
         for (text, n, want) in [
             ("%#o", 9, ["011", "011"]),
             ("%#o", 0, ["0", "0"]),
-            ("%#o", -1, ["-01", "-01"]),
+            ("%#o", -1, ["-01", "037777777777"]),
             ("%#.5o", 9, ["00011", "00011"]),
             ("%#6o|", 8, ["   010|", "   010|"]),
             ("%-#6o|", 8, ["010   |", "010   |"]),
@@ -335,7 +339,8 @@ mod tests {
     fn strings_and_leftovers() {
         let s = vec![Const::Str("abc".into())];
         assert_eq!(print("%5s|", &s), "abc  |");
-        assert_eq!(format("%5.1s|%%", &[Value::Consts(s.clone())], Flavour::Format, 1 << 20), "    a|%%");
+        let of = |flavour| format("%5.1s|%%", &[Value::Consts(s.clone())], flavour, 1 << 20);
+        assert_eq!([of(Flavour::Format), of(Flavour::Folded)], ["    a|%", "    a|%%"]);
         assert_eq!(print("%s %d %", &s), "abc  %");
         assert_eq!(print("%99999999999s", &s).len(), MAX_WIDTH);
     }
