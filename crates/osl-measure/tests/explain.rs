@@ -187,6 +187,23 @@ fn calls_are_told_apart() {
     );
 }
 
+/// What the compiler makes of a line differs from call to call.
+#[test]
+fn each_call_has_its_own_status() {
+    let source = "float twice(float x) {
+            float y = x + x;
+            return y;
+        }
+        shader s(output float f = 0, output float g = 0) {
+            g = twice(3);
+            f = twice(u);
+        }";
+    let all = explained(source, None, (4, 4), false);
+    assert_eq!(below(&all, 2), ["y = 6 (known when the shader is compiled) (call 1); 0.533333 (call 2)"]);
+    let one = explained(source, Some(&["f"]), (4, 4), false);
+    assert_eq!(below(&one, 2), ["y = 6 (not needed) (call 1); 0.533333 (call 2)"]);
+}
+
 /// An int literal is converted too; a value that the source converts itself is not.
 #[test]
 fn converted_arguments_are_named() {

@@ -196,17 +196,23 @@ impl Writer<'_> {
                 self.list(&calls, out);
             }
             what => {
-                let texts: Vec<(usize, String)> =
-                    facts.iter().map(|fact| (fact.call, self.sentence(&fact.what, say.named))).collect();
+                let status = |fact: &Fact| match fact.what {
+                    What::Set { compiled, .. } if !say.quiet => compiled_text(compiled),
+                    _ => String::new(),
+                };
+                // The calls of a function may differ in what the compiler makes of them.
+                let of_all = facts.iter().all(|fact| status(fact) == status(first));
+                let in_call = |fact: &&Fact| {
+                    let status = if of_all { String::new() } else { status(fact) };
+                    (fact.call, self.sentence(&fact.what, say.named) + &status)
+                };
+                let texts: Vec<(usize, String)> = facts.iter().map(in_call).collect();
                 let name = match what {
                     What::Set { name, .. } if name == "return" => "returns ".to_string(),
                     What::Set { name, .. } => format!("{name} = "),
                     _ => String::new(),
                 };
-                let compiled = match what {
-                    What::Set { compiled, .. } if !say.quiet => compiled_text(*compiled),
-                    _ => String::new(),
-                };
+                let compiled = if of_all { status(first) } else { String::new() };
                 out.push(format!("{name}{}{compiled}", self.by_call(&texts, say.several)));
                 for fact in facts {
                     self.derivatives(fact, say.several, out);
