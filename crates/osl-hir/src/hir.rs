@@ -5,7 +5,7 @@
 
 use crate::builtins::Builtin;
 pub use osl_ir::global::{GLOBALS, Global};
-use osl_ir::types::{StructTable, Type};
+use osl_ir::types::{Base, StructId, StructTable, Type};
 use osl_syntax::ast::{BinaryOp, ShaderKind, UnaryOp};
 use osl_syntax::diagnostic::Code;
 use osl_syntax::span::Span;
@@ -94,6 +94,29 @@ impl Program {
             places
         });
         places.get(name).copied()
+    }
+
+    /// A variable, or else a function, with a value in two arrays: a field of an element of an array is an
+    /// array, or has one.
+    pub fn nested_arrays(&self) -> Option<Span> {
+        // By the index of each struct: whether it holds an array, and one within another.
+        let mut known: Vec<[bool; 2]> = Vec::new();
+        let of = |known: &[[bool; 2]], ty: Type| {
+            let [holds, nests] = match ty.base {
+                Base::Struct(id) => known.get(id.0 as usize).copied().unwrap_or_default(),
+                _ => [false; 2],
+            };
+            [holds || ty.is_array(), nests || (holds && ty.is_array())]
+        };
+        for id in 0..self.structs.names().count() {
+            let fields = self.structs.get(StructId(id as u32)).fields.iter();
+            let each = fields.map(|field| of(&known, field.ty));
+            let all = each.fold([false; 2], |[a, b], [holds, nests]| [a || holds, b || nests]);
+            known.push(all);
+        }
+        let vars = self.vars.iter().map(|var| (var.ty, var.span));
+        let mut all = vars.chain(self.functions.iter().map(|f| (f.ret, f.span)));
+        all.find(|(ty, _)| of(&known, *ty)[1]).map(|(_, span)| span)
     }
 }
 
@@ -331,7 +354,8 @@ pub enum Arg {
     Copy {
         /// The value, converted to the formal's type.
         value: Init,
-        /// The element or component passed to an output formal. `None` for an element of an array of structs.
+        /// The element or component passed to an output formal, unless it is [only copied
+        /// in](Lvalue::is_only_copied_in).
         back: Option<Lvalue>,
     },
 }
@@ -380,6 +404,12 @@ impl Lvalue {
     /// Whether it is a variable, or a field of one, without any index.
     pub fn is_plain(&self) -> bool {
         self.path.iter().all(|step| matches!(step, Step::Field(_)))
+    }
+
+    /// Whether it keeps its value as an output of a function of the file, as in published compilers: it is a
+    /// struct in an element of an array.
+    pub fn is_only_copied_in(&self) -> bool {
+        !self.is_plain() && self.ty.as_struct().is_some()
     }
 
     /// Whether both are the same variable, or the same field of one, without any index.

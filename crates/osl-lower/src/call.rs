@@ -36,7 +36,9 @@ impl Lowerer<'_> {
                 Arg::Copy { value, back: None } => Some(self.argument(var.ty, &var.name, value)),
                 Arg::Copy { back: Some(place), .. } => {
                     let spot = self.spot(place);
-                    let storage = self.allocate(var.ty, &var.name);
+                    // An array within an element of another is copied whatever its length.
+                    let ty = if var.ty.is_array() { place.ty } else { var.ty };
+                    let storage = self.allocate(ty, &var.name);
                     self.silence(&storage);
                     if let Some(spot) = spot {
                         let value = self.read(&spot);
@@ -213,9 +215,13 @@ impl Lowerer<'_> {
             }
         }
         self.at(span);
-        for (place, array) in call.outputs.iter().zip(&arrays) {
-            if let (Some(_), Some(array)) = (place, array) {
-                self.note_written(&Storage::Leaf(array.slot));
+        for (spot, array) in spots.iter().zip(&arrays) {
+            match (spot, array) {
+                (Some(spot), Some(array)) if spot.is_inner_array() => {
+                    self.write(spot, Val::Stored(Storage::Leaf(array.slot), None));
+                }
+                (Some(_), Some(array)) => self.note_written(&Storage::Leaf(array.slot)),
+                _ => {}
             }
         }
         let all: Vec<ValueId> = args.iter().copied().chain(result).collect();
@@ -293,7 +299,7 @@ impl Lowerer<'_> {
     fn array(&self, val: &Val, ty: Type) -> Option<Array> {
         let Val::Stored(storage, None) = val else { return None };
         let slot = storage.first()?;
-        Some(Array { slot, len: self.b.body.slot(slot).len.unwrap_or(1), ty: ty.element() })
+        Some(Array { slot, len: self.len_at(slot, None), ty: ty.element() })
     }
 
     /// Ends the shader at the points that get here.
@@ -310,7 +316,7 @@ impl Lowerer<'_> {
     pub(super) fn one(&mut self, val: Val) -> ValueId {
         match val {
             Val::One(value) => value,
-            Val::Stored(Storage::Leaf(slot), Some(element)) => self.b.load_element(slot, element),
+            Val::Stored(Storage::Leaf(slot), Some(element)) => self.b.load_element(slot, element.index),
             _ => self.b.int(0),
         }
     }

@@ -359,9 +359,7 @@ impl Lowerer<'_> {
         let value = match value {
             // The right side is evaluated before the indices of the left side change anything.
             Val::Stored(from, Some(element)) if place.path.iter().any(may_write) => {
-                let kept = self.like(&from);
-                self.copy(&kept, None, &from, Some(element));
-                Val::Stored(kept, None)
+                Val::Stored(self.kept(&from, element), None)
             }
             value => value,
         };
@@ -369,17 +367,6 @@ impl Lowerer<'_> {
             self.write(&spot, value.clone());
         }
         value
-    }
-
-    /// Variables for one element of such storage.
-    fn like(&mut self, storage: &Storage) -> Storage {
-        match storage {
-            Storage::Struct(parts) => Storage::Struct(parts.iter().map(|part| self.like(part)).collect()),
-            Storage::Leaf(slot) => {
-                let kind = self.b.body.slot(*slot).kind;
-                Storage::Leaf(self.b.slot(kind, None, "kept".into()))
-            }
-        }
     }
 
     fn step(&mut self, prefix: bool, increment: bool, place: &Lvalue) -> ValueId {

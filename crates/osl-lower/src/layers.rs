@@ -87,6 +87,7 @@ fn write(
         connected: FxHashMap::default(),
         b,
         vars: Vec::new(),
+        inner: FxHashMap::default(),
         frames: Vec::new(),
         diagnostics: Vec::new(),
         full: false,

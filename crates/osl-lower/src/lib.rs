@@ -34,6 +34,7 @@ use osl_limits::{Compiling, Limits};
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// A call of an operation that only another renderer knows.
@@ -152,13 +153,22 @@ struct Frame {
     loops: Vec<LoopFlags>,
 }
 
+/// An element of an array, or of arrays within arrays.
+#[derive(Clone, Copy, Debug)]
+struct Element {
+    /// The number of the element among those of all arrays that surround it.
+    index: ValueId,
+    /// The number of indices that lead to it.
+    depth: usize,
+}
+
 /// The value of an expression.
 #[derive(Clone, Debug)]
 enum Val {
     /// A scalar, triple, matrix, string or closure.
     One(ValueId),
-    /// A struct or array, in its storage; `Some` is the index of an element, applied to each part.
-    Stored(Storage, Option<ValueId>),
+    /// A struct or array, in its storage; `Some` is an element, applied to each part.
+    Stored(Storage, Option<Element>),
     /// No value.
     Void,
 }
@@ -172,6 +182,8 @@ struct Lowerer<'a> {
     connected: FxHashMap<SlotId, i32>,
     b: Builder,
     vars: Vec<Option<Storage>>,
+    /// The lengths of arrays within the elements of a slot, from the outermost.
+    inner: FxHashMap<SlotId, Rc<[u32]>>,
     frames: Vec<Frame>,
     diagnostics: Vec<Diagnostic>,
     /// Set when the budget is used up: then nothing more is lowered.
@@ -333,17 +345,19 @@ impl<'a> Lowerer<'a> {
 
     /// New storage for a variable of a type.
     fn allocate(&mut self, ty: Type, name: &str) -> Storage {
-        let len = match ty.extent {
-            Extent::Array(n) => Some(n),
-            // An open array is an alias for its argument, whose storage has the length.
-            Extent::Unsized => Some(1),
-            Extent::One => None,
-        };
-        self.allocate_base(ty.base, len, name)
+        self.allocate_within(ty, &[], name)
     }
 
-    fn allocate_base(&mut self, base: Base, len: Option<u32>, name: &str) -> Storage {
-        if let Base::Struct(id) = base {
+    /// New storage for a part of arrays with these lengths, from the outermost.
+    fn allocate_within(&mut self, ty: Type, around: &[u32], name: &str) -> Storage {
+        let mut lens = around.to_vec();
+        match ty.extent {
+            Extent::Array(n) => lens.push(n),
+            // An open array is an alias for its argument, whose storage has the length.
+            Extent::Unsized => lens.push(1),
+            Extent::One => {}
+        }
+        if let Base::Struct(id) = ty.base {
             let program = self.program;
             let mut parts = Vec::new();
             for field in &program.structs.get(id).fields {
@@ -351,15 +365,24 @@ impl<'a> Lowerer<'a> {
                 if !self.has_room() {
                     break;
                 }
-                let inner = match field.ty.extent {
-                    Extent::Array(n) => Some(n),
-                    _ => len,
-                };
-                parts.push(self.allocate_base(field.ty.base, inner, &format!("{name}.{}", field.name)));
+                parts.push(self.allocate_within(field.ty, &lens, &format!("{name}.{}", field.name)));
             }
             return Storage::Struct(parts.into());
         }
-        Storage::Leaf(self.b.slot(kind_of(base), len, name.into()))
+        Storage::Leaf(self.array_slot(kind_of(ty.base), &lens, name))
+    }
+
+    /// A new slot for arrays within arrays of these lengths, or for one value. The elements of the innermost
+    /// array are side by side.
+    fn array_slot(&mut self, kind: Kind, lens: &[u32], name: &str) -> SlotId {
+        let len = lens.iter().copied().reduce(u32::saturating_mul);
+        let slot = self.b.slot(kind, len, name.into());
+        if let [_, inner @ ..] = lens
+            && !inner.is_empty()
+        {
+            self.inner.insert(slot, inner.into());
+        }
+        slot
     }
 }
 

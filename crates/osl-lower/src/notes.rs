@@ -94,9 +94,16 @@ impl Lowerer<'_> {
         }
     }
 
+    /// The name of a slot, followed by the lengths of arrays within its elements.
     fn told_name(&self, slot: SlotId) -> Arc<str> {
-        let own = self.telling.names.get(&slot);
-        own.unwrap_or(&self.b.body.slot(slot).name).clone()
+        let own = self.telling.names.get(&slot).unwrap_or(&self.b.body.slot(slot).name);
+        match self.inner.get(&slot) {
+            Some(lens) if !own.is_empty() => {
+                let lens: String = lens.iter().map(|len| format!("[{len}]")).collect();
+                format!("{own}{lens}").into()
+            }
+            _ => own.clone(),
+        }
     }
 
     /// Keeps the storage of an argument silent: the note of the call tells its value.

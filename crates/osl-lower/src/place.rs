@@ -1,7 +1,7 @@
 //! Places: reading, writing and copying variables and their parts.
 
 use super::flow::RETURNED;
-use super::{Lowerer, Storage, Val};
+use super::{Element, Lowerer, Storage, Val};
 use osl_hir::hir::{Init, Lvalue, Step};
 use osl_hir::storage::Subscript;
 use osl_ir::ir::{Const, Kernel, Kind, LaneOp, SlotId, ValueId};
@@ -12,7 +12,9 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(super) struct Spot {
     storage: Storage,
-    element: Option<ValueId>,
+    element: Option<Element>,
+    /// Whether it is an array.
+    array: bool,
     part: Subscript<ValueId>,
     /// Name and type of the variable, if reads of it are checked.
     checked: Option<(Arc<str>, Type)>,
@@ -28,19 +30,24 @@ impl Spot {
 
     /// The whole of a storage.
     pub(super) fn whole(storage: Storage) -> Spot {
-        Spot { storage, element: None, part: Subscript::Whole, checked: None, told: None }
+        Spot { storage, element: None, array: false, part: Subscript::Whole, checked: None, told: None }
     }
 
     /// Its storage.
     pub(super) fn storage(&self) -> &Storage {
         &self.storage
     }
+
+    /// Whether it is an array that is a part of an element of another.
+    pub(super) fn is_inner_array(&self) -> bool {
+        self.array && self.element.is_some()
+    }
 }
 
 impl Lowerer<'_> {
     /// Evaluates the indices of a place.
     pub(super) fn spot(&mut self, place: &Lvalue) -> Option<Spot> {
-        let mut spot = Spot::whole(self.storage(place.var)?);
+        let mut spot = Spot { array: place.ty.is_array(), ..Spot::whole(self.storage(place.var)?) };
         let outer = std::mem::replace(&mut self.b.span, place.span.moved(self.layer.base));
         let mut ty = self.program.vars.get(place.var.0 as usize).map(|v| v.ty);
         let mut name =
@@ -59,8 +66,9 @@ impl Lowerer<'_> {
                 }
                 Step::Element(index) => {
                     let index = self.value(index);
-                    let len = spot.storage.first().and_then(|slot| self.b.body.slot(slot).len);
-                    spot.element = Some(self.within(index, len.unwrap_or(1), &name));
+                    let len = spot.storage.first().map_or(1, |slot| self.len_at(slot, spot.element));
+                    let index = self.within(index, len, &name);
+                    spot.element = Some(self.deeper(&spot.storage, spot.element, index));
                 }
                 Step::Component(index) => {
                     let index = self.value(index);
@@ -99,12 +107,60 @@ impl Lowerer<'_> {
         self.b.clamp_int(index, len.saturating_sub(1) as i32)
     }
 
-    /// The value at a spot.
+    /// The lengths of the arrays within the elements of a slot at a depth of at least 1, from the outermost.
+    fn lens_within(&self, slot: SlotId, depth: usize) -> &[u32] {
+        self.inner.get(&slot).and_then(|lens| lens.get(depth.saturating_sub(1)..)).unwrap_or(&[])
+    }
+
+    /// The number of values that a place has in a slot; `None` if it is one value, and no array.
+    fn values_at(&self, slot: SlotId, element: Option<Element>) -> Option<u32> {
+        match element {
+            None => self.b.body.slot(slot).len,
+            Some(e) => self.lens_within(slot, e.depth).iter().copied().reduce(u32::saturating_mul),
+        }
+    }
+
+    /// The length of an array at a place that has a slot.
+    pub(super) fn len_at(&self, slot: SlotId, element: Option<Element>) -> u32 {
+        let depth = element.map_or(0, |e| e.depth);
+        let each: u32 = self.lens_within(slot, depth + 1).iter().product();
+        self.values_at(slot, element).unwrap_or(1) / each.max(1)
+    }
+
+    /// An element of the array at a place.
+    pub(super) fn deeper(&mut self, storage: &Storage, of: Option<Element>, index: ValueId) -> Element {
+        let Some(of) = of else { return Element { index, depth: 1 } };
+        let len = storage.first().map_or(1, |slot| self.len_at(slot, Some(of)));
+        let index = match (self.b.known_int(of.index), self.b.known_int(index)) {
+            (Some(n), Some(m)) => self.b.int(n.saturating_mul(len as i32).saturating_add(m)),
+            _ => {
+                let len = self.b.int(len as i32);
+                let before = self.b.lane(LaneOp::IMul, &[of.index, len]);
+                self.b.lane(LaneOp::IAdd, &[before, index])
+            }
+        };
+        Element { index, depth: of.depth + 1 }
+    }
+
+    /// The number in a slot of one of the values at a place.
+    fn number_in(&mut self, slot: SlotId, element: Option<Element>, at: u32) -> ValueId {
+        let at = self.b.int(at as i32);
+        let Some(element) = element else { return at };
+        let each = self.values_at(slot, Some(element)).unwrap_or(1);
+        let each = self.b.int(each as i32);
+        let start = self.b.lane(LaneOp::IMul, &[element.index, each]);
+        self.b.lane(LaneOp::IAdd, &[start, at])
+    }
+
+    /// The value at a spot. An array within an element of another is copied.
     pub(super) fn read(&mut self, spot: &Spot) -> Val {
+        if let Some(element) = spot.element.filter(|_| spot.array) {
+            return Val::Stored(self.kept(&spot.storage, element), None);
+        }
         let Storage::Leaf(slot) = spot.storage else {
             return Val::Stored(spot.storage.clone(), spot.element);
         };
-        if self.b.body.slot(slot).len.is_some() && spot.element.is_none() {
+        if self.values_at(slot, spot.element).is_some() {
             return Val::Stored(spot.storage.clone(), None);
         }
         let whole = self.read_leaf(slot, spot.element);
@@ -133,7 +189,7 @@ impl Lowerer<'_> {
                 Subscript::Cell(row, column) => self.b.lane(LaneOp::MSet, &[whole, row, column, found]),
             };
             match spot.element {
-                Some(index) => self.b.store_element(slot, index, stored),
+                Some(element) => self.b.store_element(slot, element.index, stored),
                 None => self.b.store(slot, stored),
             }
         }
@@ -143,14 +199,14 @@ impl Lowerer<'_> {
         found
     }
 
-    fn read_leaf(&mut self, slot: SlotId, element: Option<ValueId>) -> ValueId {
+    pub(super) fn read_leaf(&mut self, slot: SlotId, element: Option<Element>) -> ValueId {
         match element {
-            Some(index) => self.b.load_element(slot, index),
+            Some(element) => self.b.load_element(slot, element.index),
             None => self.b.load(slot),
         }
     }
 
-    fn write_leaf(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
+    fn write_leaf(&mut self, slot: SlotId, element: Option<Element>, value: ValueId) {
         if std::mem::take(&mut self.unsure) {
             // A call in this statement may have ended the shader: then nothing is written.
             self.guarded(RETURNED, |l| l.write_leaf(slot, element, value));
@@ -158,10 +214,10 @@ impl Lowerer<'_> {
             return;
         }
         match element {
-            Some(index) => self.b.store_element(slot, index, value),
+            Some(element) => self.b.store_element(slot, element.index, value),
             None => self.b.store(slot, value),
         }
-        self.note_set(slot, element, value);
+        self.note_set(slot, element.map(|element| element.index), value);
     }
 
     /// Stores a value at a spot.
@@ -207,9 +263,9 @@ impl Lowerer<'_> {
     pub(super) fn copy(
         &mut self,
         to: &Storage,
-        to_element: Option<ValueId>,
+        to_element: Option<Element>,
         from: &Storage,
-        from_element: Option<ValueId>,
+        from_element: Option<Element>,
     ) {
         match (to, from) {
             (Storage::Struct(to), Storage::Struct(from)) => {
@@ -221,15 +277,18 @@ impl Lowerer<'_> {
                 }
             }
             (Storage::Leaf(to), Storage::Leaf(from)) => {
-                let len = |l: &Self, slot: SlotId| l.b.body.slot(slot).len;
-                match (len(self, *to), to_element, len(self, *from), from_element) {
-                    (Some(n), None, Some(m), None) => self.where_live(|l| {
-                        for index in 0..n.min(m) {
+                match (self.values_at(*to, to_element), self.values_at(*from, from_element)) {
+                    (Some(n), Some(m)) => self.where_live(|l| {
+                        for at in 0..n.min(m) {
                             if !l.has_room() {
                                 return;
                             }
-                            let index = l.b.int(index as i32);
+                            let index = l.number_in(*from, from_element, at);
                             let value = l.b.load_element(*from, index);
+                            let index = match (to_element, from_element) {
+                                (None, None) => index,
+                                _ => l.number_in(*to, to_element, at),
+                            };
                             l.b.store_element(*to, index, value);
                             l.note_set(*to, Some(index), value);
                         }
@@ -241,6 +300,27 @@ impl Lowerer<'_> {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// A copy of an element: one value, a struct, or an array within another.
+    pub(super) fn kept(&mut self, storage: &Storage, element: Element) -> Storage {
+        let copy = self.like(storage, element);
+        self.copy(&copy, None, storage, Some(element));
+        copy
+    }
+
+    /// New storage for the value of an element.
+    fn like(&mut self, storage: &Storage, element: Element) -> Storage {
+        match storage {
+            Storage::Struct(parts) => {
+                Storage::Struct(parts.iter().map(|part| self.like(part, element)).collect())
+            }
+            Storage::Leaf(slot) => {
+                let kind = self.b.body.slot(*slot).kind;
+                let lens = self.lens_within(*slot, element.depth).to_vec();
+                Storage::Leaf(self.array_slot(kind, &lens, "kept"))
+            }
         }
     }
 
@@ -281,7 +361,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn store_list(&mut self, storage: &Storage, element: Option<ValueId>, ty: Type, items: &[Init]) {
+    fn store_list(&mut self, storage: &Storage, element: Option<Element>, ty: Type, items: &[Init]) {
         for (index, item) in items.iter().enumerate() {
             if !self.has_room() {
                 return;
@@ -289,7 +369,13 @@ impl Lowerer<'_> {
             let Some((part, part_ty, is_element)) = storage.item(&self.program.structs, ty, index) else {
                 return;
             };
-            let element = if is_element { Some(self.b.int(index as i32)) } else { element };
+            let element = match is_element {
+                true => {
+                    let index = self.b.int(index as i32);
+                    Some(self.deeper(storage, element, index))
+                }
+                false => element,
+            };
             match item {
                 Init::Value(e) => {
                     let value = self.eval(e);

@@ -171,7 +171,7 @@ pub struct Tap {
     pub(crate) var: Tapped,
     /// Fields, by index.
     pub(crate) fields: Vec<usize>,
-    pub(crate) element: Option<u32>,
+    pub(crate) elements: Vec<u32>,
     pub(crate) component: Option<u32>,
     /// Which visit counts, from 1; `None` means the last.
     pub(crate) round: Option<u32>,

@@ -34,6 +34,16 @@ pub(super) fn jump(span: Span, message: impl Into<String>) -> Wrong {
     Box::new(Diagnostic::error(JUMP, span, message))
 }
 
+/// E0310: a program that runs, but cannot be written.
+pub(super) fn nested_arrays(span: Span) -> Wrong {
+    let message = "a compiled shader has no arrays within arrays";
+    Box::new(
+        Diagnostic::error(crate::resolve::errors::BAD_STRUCT, span, message)
+            .label("an array of structs that hold arrays")
+            .help("run the source, or give each field an array of its own"),
+    )
+}
+
 pub(super) fn too_large(span: Span, message: impl Into<String>) -> Wrong {
     Box::new(Diagnostic::error(crate::hir::TOO_LARGE, span, message))
 }

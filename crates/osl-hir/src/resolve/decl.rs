@@ -76,9 +76,6 @@ impl Resolver<'_> {
                 continue;
             }
             let ty = self.declared_type(&field.ty, field.array.as_ref(), false);
-            if ty.is_array() && !self.ast.strict && self.contents(ty.element()).array {
-                self.report(errors::nested_arrays(field.name.span));
-            }
             names.insert(field.name.text.clone());
             spans.push(field.name.span);
             fields.push(Field { name: field.name.text.clone(), ty });

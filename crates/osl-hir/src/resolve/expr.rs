@@ -379,8 +379,7 @@ impl Resolver<'_> {
                 if place.is_plain() {
                     return Arg::Alias(place);
                 }
-                // An element of an array of structs is only copied in.
-                let back = (output && place.ty.as_struct().is_none()).then(|| place.clone());
+                let back = (output && !place.is_only_copied_in()).then(|| place.clone());
                 Arg::Copy { value: Init::Value(value), back }
             }
             None => Arg::Copy { value: Init::Value(convert_to(ty, value)), back: None },

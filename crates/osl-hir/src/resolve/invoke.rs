@@ -133,6 +133,14 @@ impl Resolver<'_> {
                 .label("not a variable")
                 .help("pass a variable");
             self.report(d);
+        } else if let ExprKind::Read(place) = &value.kind
+            && place.is_only_copied_in()
+        {
+            let message = "this output is lost: an element that is a struct is only copied in";
+            let d = Diagnostic::warning(errors::OUTPUT_LOST, value.span, message)
+                .label("keeps its value")
+                .help("copy the element into a variable, pass that, and store it back");
+            self.report(d);
         }
     }
 

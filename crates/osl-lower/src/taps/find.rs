@@ -227,7 +227,7 @@ pub fn find(
         site: found.site,
         var,
         fields: Vec::new(),
-        element: None,
+        elements: Vec::new(),
         component: None,
         round: wanted.round,
         calls,
@@ -321,8 +321,8 @@ fn follow(wanted: &TapPath, program: &Program, tap: &mut Tap) -> Result<(), TapE
                 let none = || TapError::Part(name.clone(), format!("[{index}]"));
                 let fits = |len: u32| *index < len;
                 match tap.ty.extent {
-                    Extent::Array(len) if fits(len) && tap.element.is_none() => tap.element = Some(*index),
-                    Extent::Unsized if tap.element.is_none() => tap.element = Some(*index),
+                    Extent::Array(len) if fits(len) => tap.elements.push(*index),
+                    Extent::Unsized => tap.elements.push(*index),
                     Extent::One if tap.ty.is_triple() && *index < 3 && tap.component.is_none() => {
                         tap.component = Some(*index);
                         tap.ty = Type::FLOAT;

@@ -235,7 +235,7 @@ impl Walk<'_> {
             site,
             var: Tapped::Visits,
             fields: Vec::new(),
-            element: None,
+            elements: Vec::new(),
             component: None,
             round: None,
             calls: Vec::new(),

@@ -204,13 +204,14 @@ impl Lowerer<'_> {
     }
 
     fn keep(&mut self, tap: &Tap, from: &Storage, kept: &Kept) {
-        let element = tap.element.map(|index| self.b.int(i32::try_from(index).unwrap_or(i32::MAX)));
+        let mut element = None;
+        for index in &tap.elements {
+            let index = self.b.int(i32::try_from(*index).unwrap_or(i32::MAX));
+            element = Some(self.deeper(from, element, index));
+        }
         match (tap.component, from, &kept.value) {
             (Some(component), Storage::Leaf(from), Storage::Leaf(to)) => {
-                let value = match element {
-                    Some(element) => self.b.load_element(*from, element),
-                    None => self.b.load(*from),
-                };
+                let value = self.read_leaf(*from, element);
                 if self.b.body.kind(value) == Kind::Triple {
                     let index = self.b.int(i32::try_from(component).unwrap_or(0));
                     let value = self.b.lane(LaneOp::Get, &[value, index]);

@@ -397,9 +397,14 @@ fn is_true(node: &Node) -> bool {
     matches!(node.strict, Some(Const::Int(n)) if n != 0)
 }
 
+/// The name of an element. After the name of arrays within arrays are the lengths of the inner ones.
 pub(super) fn element(name: &str, index: &Node) -> String {
-    match index.strict {
-        Some(Const::Int(n)) => format!("{name}[{n}]"),
-        _ => format!("{name}[?]"),
+    let Some(Const::Int(mut n)) = index.strict else { return format!("{name}[?]") };
+    let (name, lens) = name.split_once('[').unwrap_or((name, ""));
+    let mut indices = String::new();
+    for len in lens.rsplit('[').filter_map(|len| len.trim_end_matches(']').parse::<i32>().ok()) {
+        indices = format!("[{}]{indices}", n % len.max(1));
+        n /= len.max(1);
     }
+    format!("{name}[{n}]{indices}")
 }

@@ -30,8 +30,12 @@ use table::{Op, Sym, Table};
 /// Writes a program. `sources` contains its files and lines.
 ///
 /// # Errors
-/// The program is too large after its functions are inlined.
+/// The program is too large after its functions are inlined, or has arrays within arrays, for which the form
+/// has no words.
 pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
+    if let Some(span) = program.nested_arrays() {
+        return Err(vec![*errors::nested_arrays(span)]);
+    }
     let mut writer = Writer {
         program,
         limits: limits.compiling,
