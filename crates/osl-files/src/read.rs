@@ -24,6 +24,11 @@ impl Opened {
         Ok(Opened { file, path, length })
     }
 
+    /// The same file, by another path to it.
+    pub(crate) fn named(self, path: &Path) -> Opened {
+        Opened { path: path.to_owned(), ..self }
+    }
+
     /// The path by which it was opened.
     pub fn path(&self) -> &Path {
         &self.path
@@ -98,12 +103,12 @@ fn is_handle(path: &Path) -> bool {
     path.starts_with("/dev") || path.starts_with("/proc")
 }
 
-/// Reads a whole stream as text.
+/// Reads a whole stream.
 ///
 /// # Errors
-/// As for [`Opened::text`].
-pub fn read_stream(from: impl Read, limit: u64) -> Result<String, FileError> {
-    text(bytes(from, limit, 0)?)
+/// As for [`Opened::bytes`].
+pub fn read_stream(from: impl Read, limit: u64) -> Result<Vec<u8>, FileError> {
+    bytes(from, limit, 0)
 }
 
 /// Bytes as text.

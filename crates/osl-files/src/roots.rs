@@ -66,6 +66,21 @@ impl Roots {
         Opened::new(file, path.to_owned())
     }
 
+    /// Opens the file to which a path leads for reading, also if only the text of the path is outside the
+    /// roots: its folders may be links.
+    ///
+    /// # Errors
+    /// Those of [`Roots::open`].
+    pub fn open_target(&self, path: &Path) -> Result<Opened, FileError> {
+        match self.open(path) {
+            Err(FileError::Outside) => {
+                let real = fs::canonicalize(path).map_err(|_| FileError::Outside)?;
+                Ok(self.open(&real)?.named(path))
+            }
+            other => other,
+        }
+    }
+
     /// Opens the first of several paths at which there is something.
     ///
     /// # Errors

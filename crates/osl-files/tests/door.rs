@@ -84,6 +84,27 @@ fn what_lies_below_a_root_is_opened_and_nothing_else() {
 }
 
 #[test]
+fn a_target_counts_where_the_path_alone_leads_outside() {
+    let (dir, inside, roots) = place();
+    symlink(inside.join("sub"), dir.path().join("link")).unwrap();
+    symlink(dir.path(), inside.join("up")).unwrap();
+    let read = |name: &str| {
+        let file = roots.open_target(&dir.path().join(name)).map_err(|error| error.to_string())?;
+        assert_eq!(file.path(), dir.path().join(name));
+        file.text(100).map_err(|error| error.to_string())
+    };
+    assert_eq!(answer(&roots, &dir.path().join("link/b")), OUTSIDE);
+    assert_eq!(read("link/b").as_deref(), Ok("b"));
+    assert_eq!(read("link/../a").as_deref(), Ok("a"));
+    for name in
+        ["secret", "nothing", "link/../../secret", "in/up/secret", "link/../../nothing", "in/up/nothing"]
+    {
+        assert_eq!(read(name), Err(OUTSIDE.to_string()), "{name}");
+    }
+    assert_eq!(read("in/nothing"), Err(MISSING.to_string()));
+}
+
+#[test]
 fn a_folder_that_becomes_a_link_while_files_are_opened_leads_nowhere() {
     let (dir, inside, roots) = place();
     fs::create_dir(dir.path().join("other")).unwrap();

@@ -9,6 +9,7 @@ mod quirks;
 mod syntax;
 
 pub(crate) use lexical::*;
+pub use preprocessing::not_utf8;
 pub(crate) use preprocessing::*;
 pub(crate) use quirks::*;
 pub use syntax::too_many_errors;
@@ -53,6 +54,7 @@ pub const CODES: &[Code] = &[
     PRAGMA_WARNING,
     UNKNOWN_OSL_PRAGMA,
     NESTED_COMMENT,
+    NOT_UTF8,
     STRAY_CHARACTER,
     UNTERMINATED_STRING,
     UNTERMINATED_COMMENT,

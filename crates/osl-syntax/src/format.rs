@@ -28,9 +28,11 @@ mod structure;
 
 use crate::diagnostic::Diagnostic;
 use crate::errors;
+use crate::source;
 use crate::span::Span;
 use osl_limits::Limits;
 use pieces::{Kind, Piece};
+use std::borrow::Cow;
 
 /// Maximum number of columns in a line, where possible.
 pub const WIDTH: usize = 99;
@@ -54,6 +56,12 @@ pub fn format(name: &str, text: &str) -> Result<String, Vec<Diagnostic>> {
 /// # Errors
 /// Those of [`format()`].
 pub fn format_within(name: &str, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
+    if let Cow::Owned(lines) = source::with_line_ends(text) {
+        // Lines that end in carriage returns alone do so afterwards.
+        let returns = !text.contains('\n');
+        let out = format_within(name, &lines, limits)?;
+        return Ok(if returns { out.replace('\n', "\r") } else { out });
+    }
     let Ok(end) = u32::try_from(text.len()) else {
         return Err(vec![errors::too_large(Span::default(), name)]);
     };

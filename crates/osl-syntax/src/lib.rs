@@ -9,10 +9,12 @@ pub mod ast;
 mod brackets;
 mod builder;
 pub mod diagnostic;
+pub mod encoding;
 pub mod errors;
 pub mod escape;
 pub mod format;
 pub mod gaps;
+pub mod hidden;
 mod lexer;
 mod parser;
 mod preprocess;
@@ -89,6 +91,7 @@ impl Parsed {
 ///
 /// `name` is the file's name in diagnostics and `__FILE__`, and the including file for the provider.
 pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Parsed {
+    let text = &*source::with_line_ends(text);
     let mut pre = preprocess::preprocess(name, text, provider, options);
     // A file that is too large gives an empty tree.
     let raw = if pre.stopped { Vec::new() } else { std::mem::take(&mut pre.tokens) };
@@ -114,6 +117,7 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
         ast.gaps.any_name = true;
     }
     let mut found = pre.diagnostics;
+    pre.sources.files().iter().filter_map(errors::not_utf8).for_each(|d| found.push(d));
     if !pre.stopped {
         let told = lines_with_errors(&found.list, &pre.sources);
         diagnostics.into_iter().filter(|d| !is_echo(d, &told, &pre.sources)).for_each(|d| found.push(d));

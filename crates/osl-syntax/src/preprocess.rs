@@ -15,12 +15,13 @@ use crate::Options;
 use crate::diagnostic::Sink;
 use crate::errors;
 use crate::lexer::{Interner, PpToken, Raw, Sym};
-use crate::source::{SourceMap, SourceProvider};
+use crate::source::{self, SourceMap, SourceProvider};
 use crate::span::Span;
 use expand::{Context, Macro};
 use file::FileCursor;
 pub(crate) use file::broken_string;
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::borrow::Cow;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -160,8 +161,8 @@ impl<'a> Preprocessor<'a> {
             self.stopped = true;
             return;
         }
-        let text: Arc<str> = text.into();
-        let Some(_) = self.sources.add(name, text.clone()) else {
+        let text: Arc<str> = source::with_line_ends(text).into();
+        let Some(_) = self.sources.add_about(name, text.clone(), self.provider.about(name)) else {
             self.diagnostics.push(errors::too_large(Span::default(), name));
             return;
         };
@@ -251,7 +252,11 @@ impl<'a> Preprocessor<'a> {
                     ));
                     return;
                 }
-                if self.sources.add(name, text.clone()).is_none() {
+                let text = match source::with_line_ends(&text) {
+                    Cow::Borrowed(_) => text,
+                    Cow::Owned(text) => text.into(),
+                };
+                if self.sources.add_about(name, text.clone(), self.provider.about(name)).is_none() {
                     self.diagnostics.push(errors::too_large(at, name));
                     return;
                 }

@@ -54,7 +54,7 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
         let primary = range_in(file, d.span);
         let labelled = || d.labels.iter().filter_map(|(s, text)| Some((range_in(file, *s)?, text)));
         let ranges: Vec<Range<usize>> = primary.iter().cloned().chain(labelled().map(|(r, _)| r)).collect();
-        let Some(window) = Window::around(file, &ranges) else {
+        let Some(window) = Window::around(file, &ranges).filter(|_| !file.about.hidden) else {
             let at = primary.clone().or_else(|| ranges.first().cloned()).unwrap_or_default().start as u32
                 + file.base;
             if let Some(place) = sources.place(Span::new(at, at)) {
@@ -62,7 +62,9 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
                 main = main.element(origin.char_column(place.column as usize));
                 let at = (at - file.base) as usize;
                 let end = primary.as_ref().map_or(at, |r| r.end);
-                main = main.element(part_of_line(file, at..end, place.line as usize, &d.label));
+                if !file.about.hidden {
+                    main = main.element(part_of_line(file, at..end, place.line as usize, &d.label));
+                }
             }
             continue;
         };
@@ -85,7 +87,8 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
     }
     let mut groups = vec![main];
     for fix in &d.fixes {
-        let Some(file) = fix.edits.first().and_then(|e| sources.file_at(e.span.start)) else { continue };
+        let file = fix.edits.first().and_then(|e| sources.file_at(e.span.start));
+        let Some(file) = file.filter(|file| !file.about.hidden) else { continue };
         let ranges: Vec<Range<usize>> = fix.edits.iter().filter_map(|e| range_in(file, e.span)).collect();
         let Some(window) = Window::around(file, &ranges) else { continue };
         let patches: Vec<_> = fix.edits.iter().filter_map(|e| patch(file, &window, e)).collect();

@@ -48,6 +48,7 @@ pub struct Repair {
 /// Finds the fewest insertions of `)` `]` `}` `{` `;` that make a file parse. `None` if it parses already, if
 /// it has other errors, or if the search exceeds its budget.
 pub fn repair(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Option<Repair> {
+    let text = &*crate::source::with_line_ends(text);
     let mut pre = crate::preprocess::preprocess(name, text, provider, options);
     let (tokens, spans) = crate::token::convert(&pre.tokens, &pre.names, &mut pre.diagnostics);
     if pre.diagnostics.list.iter().any(Diagnostic::is_error) {

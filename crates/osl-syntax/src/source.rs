@@ -3,11 +3,32 @@
 //! Files come from a [`SourceProvider`]; this crate never opens one itself.
 
 use crate::span::Span;
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 /// Index of a file in the [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub u32);
+
+/// What a [`SourceProvider`] says about a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct About {
+    /// Whether messages must not show its text, see [`crate::hidden`].
+    pub hidden: bool,
+    /// The offset in the text of the first byte that was not UTF-8.
+    pub first_foreign: Option<usize>,
+}
+
+/// The text with a line feed in place of each carriage return that stands alone, which ends a line too. No
+/// offset changes.
+pub fn with_line_ends(text: &str) -> Cow<'_, str> {
+    let is_alone = |at: usize| text.as_bytes().get(at + 1) != Some(&b'\n');
+    if !text.match_indices('\r').any(|(at, _)| is_alone(at)) {
+        return Cow::Borrowed(text);
+    }
+    let ends = text.char_indices().map(|(at, c)| if c == '\r' && is_alone(at) { '\n' } else { c });
+    Cow::Owned(ends.collect())
+}
 
 /// One source file.
 #[derive(Clone, Debug)]
@@ -18,6 +39,8 @@ pub struct SourceFile {
     pub text: Arc<str>,
     /// Global offset of its first byte.
     pub base: u32,
+    /// What its provider says about it.
+    pub about: About,
     /// The starts of its lines, computed on first use, since most files are never mentioned.
     lines: OnceLock<Arc<[u32]>>,
 }
@@ -70,14 +93,26 @@ pub struct Position {
 impl SourceMap {
     /// Adds a file. `None` if the offset space (4 GiB) is used up.
     pub fn add(&mut self, name: impl Into<String>, text: Arc<str>) -> Option<FileId> {
+        self.add_about(name, text, About::default())
+    }
+
+    /// Adds a file with what its provider says about it.
+    pub fn add_about(&mut self, name: impl Into<String>, text: Arc<str>, about: About) -> Option<FileId> {
         // One unused offset between files separates the end of one from the start of the next.
         let base = match self.files.last() {
             None => 0,
             Some(f) => f.base.checked_add(u32::try_from(f.text.len()).ok()?)?.checked_add(1)?,
         };
         base.checked_add(u32::try_from(text.len()).ok()?)?;
-        self.files.push(SourceFile { name: name.into(), text, base, lines: OnceLock::new() });
+        self.files.push(SourceFile { name: name.into(), text, base, about, lines: OnceLock::new() });
         Some(FileId(self.files.len() as u32 - 1))
+    }
+
+    /// Says what is special about the main file.
+    pub fn tell(&mut self, about: About) {
+        if let Some(main) = self.files.first_mut() {
+            main.about = about;
+        }
     }
 
     /// Appends all files of another map. Returns the number to add to a span of the other map to make it one
@@ -141,6 +176,11 @@ pub trait SourceProvider {
     /// name.
     fn names(&self, _from: &str) -> Vec<String> {
         Vec::new()
+    }
+
+    /// What is special about a file, by the full name of an included one or by the name of the main file.
+    fn about(&self, _name: &str) -> About {
+        About::default()
     }
 
     /// A `stdosl.h` to read before the first line of every shader in place of the compiler's: its full name

@@ -85,6 +85,11 @@ pub(crate) fn fixed(kind: Raw, text: &str) -> Option<Token> {
     }
 }
 
+/// Whether a word is no name: a keyword or a reserved word.
+pub fn is_keyword(text: &str) -> bool {
+    !matches!(word(text), Word::Name)
+}
+
 /// Converts preprocessing tokens to tokens of the grammar, one for one, except for joined strings and dropped
 /// modifiers.
 pub(crate) fn convert(tokens: &[PpToken], names: &Interner, out: &mut Sink) -> (Vec<Token>, Vec<Span>) {

@@ -97,9 +97,11 @@ fn each_message() {
 
 #[test]
 fn every_code_has_its_snapshot_and_a_number_of_its_own() {
-    // A test cannot use four gibibytes of source.
-    let missing: Vec<_> =
-        CODES.iter().filter(|c| c.id != "E0017" && !CASES.iter().any(|(id, ..)| *id == c.id)).collect();
+    // A test cannot use four gibibytes of source. `files` shows bytes that are not UTF-8.
+    let missing: Vec<_> = CODES
+        .iter()
+        .filter(|c| !["E0017", "W0006"].contains(&c.id) && !CASES.iter().any(|(id, ..)| *id == c.id))
+        .collect();
     assert!(missing.is_empty(), "{missing:?}");
     let mut ids: Vec<_> = CODES.iter().map(|c| c.id).collect();
     let mut names: Vec<_> = CODES.iter().map(|c| c.name).collect();

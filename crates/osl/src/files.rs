@@ -4,7 +4,8 @@
 //! documents, or over data that came with a web page.
 
 use crate::stages::ShaderFiles;
-use osl_syntax::source::SourceProvider;
+use osl_syntax::encoding::{Foreign, decode};
+use osl_syntax::source::{About, SourceProvider};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -81,8 +82,16 @@ impl SourceProvider for Includes<'_> {
             Some((name, bytes))
         });
         let (name, bytes) = found.ok_or("no such file")?;
-        let text = std::str::from_utf8(&bytes).map_err(|_| "it is not text")?;
-        Ok((name, text.into()))
+        Ok((name, decode(bytes.to_vec()).map_err(|why| why.to_string())?.text.into()))
+    }
+
+    fn about(&self, name: &str) -> About {
+        let bytes = self.0.read(name).filter(|bytes| std::str::from_utf8(bytes).is_err());
+        let first_foreign = match bytes.and_then(|bytes| decode(bytes.to_vec()).ok()?.foreign) {
+            Some(Foreign::Latin1 { first, .. }) => Some(first),
+            _ => None,
+        };
+        About { hidden: false, first_foreign }
     }
 
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
@@ -96,8 +105,7 @@ impl ShaderFiles for Includes<'_> {
         let names = ["", ".osl", ".oso"].map(|ending| format!("{shader}{ending}"));
         let found = names.into_iter().find_map(|name| self.0.read(&name).map(|bytes| (name, bytes)));
         let (name, bytes) = found.ok_or("no such file")?;
-        let text = std::str::from_utf8(&bytes).map_err(|_| "it is not text")?;
-        Ok((name, text.to_string()))
+        Ok((name, decode(bytes.to_vec()).map_err(|why| why.to_string())?.text))
     }
 
     fn includes(&self) -> &dyn SourceProvider {
@@ -126,13 +134,16 @@ mod tests {
 
     #[test]
     fn quoted_files_are_beside_their_includer_first() {
-        let files = MemoryFiles::new().with("a/x.h", "1").with("x.h", "2").with("bad.h", [0xff]);
+        let files = MemoryFiles::new().with("a/x.h", "1").with("x.h", "2").with("bad.h", [0]);
+        let files = files.with("latin1.h", [0xe9]);
         let found = |name: &str, quoted, from: &str| Includes(&files).include(name, quoted, from);
         assert_eq!(found("x.h", true, "a/main.osl"), Ok(("a/x.h".into(), "1".into())));
         assert_eq!(found("../x.h", true, "a/main.osl"), Ok(("x.h".into(), "2".into())));
         assert_eq!(found("x.h", false, "a/main.osl"), Ok(("x.h".into(), "2".into())));
         assert_eq!(found("x.h", true, "b/main.osl"), Ok(("x.h".into(), "2".into())));
-        assert_eq!(found("bad.h", true, "main.osl"), Err("it is not text".into()));
+        assert_eq!(found("latin1.h", true, "main.osl"), Ok(("latin1.h".into(), "\u{e9}".into())));
+        assert_eq!(Includes(&files).about("latin1.h").first_foreign, Some(0));
+        assert_eq!(found("bad.h", true, "main.osl"), Err("it is not text (byte 0 is zero)".into()));
         assert_eq!(found("../../x.h", true, "a/main.osl"), Err("no such file".into()));
         assert!(Includes(&files).standard().is_none());
     }

@@ -28,6 +28,7 @@ const UNREACHABLE: &[(&str, &str)] = &[
     ("E0017", "the sources would have to hold 4 GiB"),
     ("E0208", "the text would have to hold 257 functions of one name"),
     ("E0311", "the parser refuses such targets first, as E0114"),
+    ("W0006", "the examples are UTF-8"),
 ];
 
 /// Smaller limits for short examples; the real limits would need pages of text.

@@ -23,7 +23,7 @@ enum Ty {
     /// A formal that takes arrays of any length.
     Open(char),
     Struct(usize),
-    /// An array of structs that hold no arrays.
+    /// An array of structs; they hold no arrays, unless `Gen::nested` permits it.
     Structs(usize, u32),
     /// A formal that takes arrays of such structs of any length.
     OpenStructs(usize),
@@ -73,6 +73,8 @@ const VALUES: &[char] = &['f', 'c', 'i', 'p', 'v', 'n', 'm', 's'];
 /// The state of the generator.
 struct Gen<'a> {
     scope: Scope,
+    /// Whether the elements of arrays may hold arrays, for which compiled shaders have no form.
+    nested: bool,
     bytes: Bytes<'a>,
     text: String,
     vars: Vec<Var>,
@@ -92,18 +94,24 @@ struct Gen<'a> {
 
 /// The valid program that these bytes choose.
 pub fn program(bytes: &[u8]) -> String {
-    make(bytes, Scope::All)
+    make(bytes, Scope::All, false)
 }
 
 /// A valid program with only what the [walker](crate::walker) knows.
 pub fn walked_program(bytes: &[u8]) -> String {
-    make(bytes, Scope::Walked)
+    make(bytes, Scope::Walked, false)
 }
 
-fn make(bytes: &[u8], scope: Scope) -> String {
+/// The same, with arrays of structs that hold arrays.
+pub fn nested_program(bytes: &[u8]) -> String {
+    make(bytes, Scope::Walked, true)
+}
+
+fn make(bytes: &[u8], scope: Scope, nested: bool) -> String {
     let bytes = Bytes::new(bytes);
     let mut g = Gen {
         scope,
+        nested,
         bytes,
         text: String::new(),
         vars: Vec::new(),
@@ -172,7 +180,7 @@ impl Gen<'_> {
         match self.bytes.below(12) {
             6 | 7 => Ty::Array(self.value_letter(), 1 + self.bytes.below(4) as u32),
             8 | 9 if !self.structs.is_empty() => Ty::Struct(self.bytes.below(self.structs.len())),
-            10 => match self.flat_struct() {
+            10 => match self.element_struct() {
                 Some(id) => Ty::Structs(id, 1 + self.bytes.below(3) as u32),
                 None => Ty::One(self.value_letter()),
             },
@@ -180,10 +188,10 @@ impl Gen<'_> {
         }
     }
 
-    /// A struct without arrays, which may be the element of an array.
-    fn flat_struct(&mut self) -> Option<usize> {
-        let flat: Vec<usize> = (0..self.structs.len()).filter(|id| self.is_flat(*id)).collect();
-        flat.get(self.bytes.below(flat.len())).copied()
+    /// A struct that may be the element of an array.
+    fn element_struct(&mut self) -> Option<usize> {
+        let ids: Vec<usize> = (0..self.structs.len()).filter(|id| self.nested || self.is_flat(*id)).collect();
+        ids.get(self.bytes.below(ids.len())).copied()
     }
 
     fn is_flat(&self, id: usize) -> bool {
@@ -211,7 +219,7 @@ impl Gen<'_> {
             return self.any_type();
         }
         if self.bytes.chance(90)
-            && let Some(id) = self.flat_struct()
+            && let Some(id) = self.element_struct()
         {
             return Ty::OpenStructs(id);
         }

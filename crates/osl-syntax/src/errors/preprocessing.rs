@@ -1,6 +1,7 @@
 //! Messages of the preprocessor.
 
 use crate::diagnostic::{Code, Diagnostic, Edit};
+use crate::source::SourceFile;
 use crate::span::Span;
 
 pub(crate) const INCLUDE_NOT_FOUND: Code = Code { id: "E0001", name: "include-not-found" };
@@ -26,6 +27,7 @@ pub(crate) const WARNING_DIRECTIVE: Code = Code { id: "W0002", name: "warning-di
 pub(crate) const PRAGMA_WARNING: Code = Code { id: "W0003", name: "pragma-warning" };
 pub(crate) const UNKNOWN_OSL_PRAGMA: Code = Code { id: "W0004", name: "unknown-osl-pragma" };
 pub(crate) const NESTED_COMMENT: Code = Code { id: "W0005", name: "nested-comment" };
+pub(crate) const NOT_UTF8: Code = Code { id: "W0006", name: "not-utf8" };
 
 /// E0001: the provider has no such file; whether the name is in quotes, and the closest name.
 pub(crate) fn include_not_found(
@@ -232,6 +234,23 @@ pub(crate) fn unknown_osl_pragma(span: Span, word: &str) -> Diagnostic {
     Diagnostic::warning(UNKNOWN_OSL_PRAGMA, span, format!("unknown pragma `osl {word}`"))
         .label("ignored")
         .note("the only one is `#pragma osl nowarn`")
+}
+
+/// W0006: the file has bytes that are not UTF-8, if it has any.
+pub fn not_utf8(file: &SourceFile) -> Option<Diagnostic> {
+    let at = file.about.first_foreign?;
+    // The text may have been edited since it was read.
+    let is_foreign = |(_, c): &(usize, char)| !c.is_ascii();
+    let after = file.text.get(at..).and_then(|rest| rest.char_indices().find(is_foreign));
+    let (at, c) =
+        after.map(|(more, c)| (at + more, c)).or_else(|| file.text.char_indices().find(is_foreign))?;
+    let start = file.base + at as u32;
+    Some(
+        Diagnostic::warning(NOT_UTF8, Span::new(start, start + c.len_utf8() as u32), "the file is not UTF-8")
+            .label("the first such byte")
+            .note("each byte that is not UTF-8 is read as the character of its code, as in Latin-1")
+            .help("save the file as UTF-8"),
+    )
 }
 
 /// W0005: `/*` within a comment. Fatal in the reference.

@@ -53,6 +53,7 @@ pub use osl_lower::{Last, Requests};
 pub use osl_syntax::ast::Ast;
 #[doc(no_inline)]
 pub use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::with_line_ends;
 #[doc(no_inline)]
 pub use osl_syntax::source::{SourceMap, SourceProvider};
 #[doc(no_inline)]
@@ -97,7 +98,10 @@ pub fn is_compiled(name: &str) -> bool {
 /// Reads and resolves a file: a source, or a compiled shader if its name ends in `.oso`.
 pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Checked {
     if is_compiled(name) {
-        let Read { sources, program, diagnostics } = oso::read(name, text, &options.limits);
+        let text = with_line_ends(text);
+        let Read { mut sources, program, mut diagnostics } = oso::read(name, &text, &options.limits);
+        sources.tell(provider.about(name));
+        diagnostics.extend(sources.files().first().and_then(osl_syntax::errors::not_utf8));
         return Checked {
             sources,
             diagnostics,
@@ -117,11 +121,19 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     if ordered {
         diagnostics.sort_by_key(|d| d.span.start);
     }
+    hide(&mut diagnostics, &sources);
     let (program, broken) = match program {
         Ok(program) => (Some(program), None),
         Err(broken) => (None, Some(broken)),
     };
     Checked { sources, diagnostics, program, broken, ast, silenced, compiled: false }
+}
+
+/// Takes the text of files that messages must not show out of diagnostics.
+pub fn hide(diagnostics: &mut [Diagnostic], sources: &SourceMap) {
+    let is_known =
+        |word: &str| osl_hir::builtins::find(word).is_some() || osl_syntax::token::is_keyword(word);
+    osl_syntax::hidden::hide(diagnostics, sources, &is_known);
 }
 
 /// The symbols of a checked source and the types of its expressions, for editors; also of a source with

@@ -1,7 +1,7 @@
 //! `oslrun check FILE…`: reports errors and warnings, and applies safe edits on request.
 
 use super::args::levels::{self, LintArgs};
-use super::args::{MessageFormat, ReadArgs};
+use super::args::{MessageFormat, ReadArgs, heading};
 use super::input::Input;
 use super::{Failure, diff, fix, input, report};
 use clap::Args;
@@ -28,6 +28,9 @@ pub(super) struct CheckArgs {
     /// Show the safe edits as a diff, and write nothing.
     #[arg(long)]
     pub(super) diff: bool,
+    /// Let the shader include any file, not only those of its project.
+    #[arg(long, help_heading = heading::FILES)]
+    pub(super) allow_files: bool,
     /// The warnings to report.
     #[command(flatten)]
     pub(super) lints: LintArgs,
@@ -98,6 +101,7 @@ fn one(
     (out, err): (&mut dyn Write, &mut dyn Write),
 ) -> Result<(), Failure> {
     let mut input = input::read(path, &args.read)?;
+    input.files = input.files.or_anywhere(args.allow_files);
     let judge = |checked: &stages::Checked| -> Vec<Diagnostic> {
         levels::judge(checked, Level::Check, &args.lints, args.read.limits.limits())
     };
@@ -106,7 +110,7 @@ fn one(
         if args.diff {
             show(&input, &fixed.text, out)?;
         } else if fixed.applied > 0 {
-            osl_files::rewrite(path, fixed.text.as_bytes()).map_err(Failure::new)?;
+            osl_files::rewrite(path, &input.encoded(&fixed.text)?).map_err(Failure::new)?;
             counts.fixed += fixed.applied;
             input.text = fixed.text;
         }

@@ -67,7 +67,7 @@ fn one(path: &Path, args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     } else if !args.check && stdin {
         out.write_all(formatted.as_bytes()).map_err(unwritten)?;
     } else if !args.check && changed {
-        osl_files::rewrite(path, formatted.as_bytes()).map_err(Failure::new)?;
+        osl_files::rewrite(path, &input.encoded(&formatted)?).map_err(Failure::new)?;
     }
     Ok(changed)
 }

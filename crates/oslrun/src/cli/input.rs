@@ -1,49 +1,121 @@
 //! Reads source files and their includes from the disk.
 
 use super::Failure;
-use super::args::ReadArgs;
-use osl_files::{FileError, Roots};
+use super::args::{Reach, ReadArgs};
+use osl_files::{FileError, Kind, Opened, Roots};
 use osl_limits::Limits;
 use osl_syntax::Options;
-use osl_syntax::source::SourceProvider;
+use osl_syntax::encoding::{self, Decoded, Foreign};
+use osl_syntax::source::{About, SourceProvider};
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+/// Number of folders above that of a shader which belong to its project, unless a `.git` says more.
+const ABOVE: usize = 3;
+
 /// Finds included files: first in the folder of the including file, then in that of the main file, then in
-/// the folders of `-I`. The files must be below one of these, below the working directory, or below a folder
-/// that [`Files::also`] adds.
+/// the folders of `-I`. [`Reach`] says which files it may find.
 pub(super) struct Files {
     main: PathBuf,
     folders: Vec<PathBuf>,
+    reach: Reach,
+    /// The folders whose files messages may show: that of the main file, those of `-I`, and those that
+    /// [`Files::also`] adds.
+    shown: RefCell<Roots>,
+    /// All folders from which files may be read.
     roots: RefCell<Roots>,
+    /// What is special about the files that were read.
+    about: RefCell<HashMap<String, About>>,
     limits: Limits,
 }
 
 impl Files {
-    /// Adds a folder from which files may be read.
+    /// Adds a folder from which files may be read, with its project.
     pub(super) fn also(&self, folder: &Path) {
-        self.roots.borrow_mut().add(folder);
+        self.shown.borrow_mut().add(folder);
+        let mut roots = self.roots.borrow_mut();
+        roots.add(folder);
+        if self.reach != Reach::Folders
+            && let Some(project) = project(folder)
+        {
+            roots.add(&project);
+        }
     }
 
     /// The same search; with `anywhere`, files may be in any folder.
     pub(super) fn or_anywhere(self, anywhere: bool) -> Files {
-        Files { roots: RefCell::new(self.roots.into_inner().or_anywhere(anywhere)), ..self }
+        let lift = |roots: RefCell<Roots>| RefCell::new(roots.into_inner().or_anywhere(anywhere));
+        Files { shown: lift(self.shown), roots: lift(self.roots), ..self }
     }
 
-    /// The name and text of the first of these files that exists.
-    fn first(&self, places: impl IntoIterator<Item = PathBuf>) -> Result<(String, Arc<str>), FileError> {
-        let found = self.roots.borrow().first(places)?;
-        let name = found.path().display().to_string();
-        Ok((name, found.text(self.limits.reading.file_bytes)?.into()))
+    /// Remembers how a file has its text.
+    pub(super) fn note(&self, name: &str, foreign: Option<Foreign>) {
+        if let Some(Foreign::Latin1 { first, .. }) = foreign {
+            self.about.borrow_mut().entry(name.to_string()).or_default().first_foreign = Some(first);
+        }
     }
+
+    /// Opens an included file. Also says whether messages must not show its text.
+    fn open(&self, path: &Path, relative: bool) -> Result<(Opened, bool), FileError> {
+        match self.shown.borrow().open_target(path) {
+            Err(FileError::Outside) => {}
+            found => return Ok((found?, false)),
+        }
+        match self.roots.borrow().open_target(path) {
+            Err(FileError::Outside) if relative && self.reach == Reach::Relative => {
+                Ok((Roots::default().or_anywhere(true).open(path)?, true))
+            }
+            found => Ok((found?, true)),
+        }
+    }
+
+    /// The name and text of the first file that exists, of those with a name in these folders.
+    fn first(
+        &self,
+        folders: impl IntoIterator<Item = PathBuf>,
+        name: &str,
+    ) -> Result<(String, Arc<str>), String> {
+        let mut answer = FileError::NotFound;
+        for path in folders.into_iter().map(|folder| folder.join(name)) {
+            match self.open(&path, Path::new(name).is_relative()) {
+                Err(FileError::NotFound | FileError::NotAFile(Kind::Folder)) => {}
+                Err(FileError::Outside) => answer = FileError::Outside,
+                Err(error) => return Err(include_error(error)),
+                Ok((file, hidden)) => {
+                    let name = file.path().display().to_string();
+                    let bytes = file.bytes(self.limits.reading.file_bytes).map_err(include_error)?;
+                    let Decoded { text, foreign } = encoding::decode(bytes).map_err(|why| why.to_string())?;
+                    self.about.borrow_mut().insert(name.clone(), About { hidden, first_foreign: None });
+                    self.note(&name, foreign);
+                    return Ok((name, text.into()));
+                }
+            }
+        }
+        Err(include_error(answer))
+    }
+}
+
+/// The project of a folder, links resolved: the nearest folder from it up that has a `.git`, else some folders
+/// above. The root of the file system is none.
+fn project(folder: &Path) -> Option<PathBuf> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let real = folder.canonicalize().ok()?;
+    let above = || real.ancestors().filter(|above| above.parent().is_some());
+    let marked = above().find(|above| above.join(".git").exists());
+    marked.or_else(|| above().take(ABOVE + 1).last()).map(Path::to_path_buf)
 }
 
 impl SourceProvider for Files {
     fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String> {
         let beside = Path::new(from).parent().filter(|_| quoted).map(Path::to_path_buf);
         let folders = beside.into_iter().chain([self.main.clone()]).chain(self.folders.iter().cloned());
-        self.first(folders.map(|folder| folder.join(name))).map_err(include_error)
+        self.first(folders, name)
+    }
+
+    fn about(&self, name: &str) -> About {
+        self.about.borrow().get(name).copied().unwrap_or_default()
     }
 
     fn names(&self, from: &str) -> Vec<String> {
@@ -54,10 +126,8 @@ impl SourceProvider for Files {
 
     /// The first `stdosl.h` in the folders of `-I`, since vendors extend it.
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
-        match self.first(self.folders.iter().map(|folder| folder.join("stdosl.h"))) {
-            Err(FileError::NotFound) => None,
-            found => Some(found.map_err(include_error)),
-        }
+        let missing = include_error(FileError::NotFound);
+        Some(self.first(self.folders.iter().cloned(), "stdosl.h")).filter(|found| *found != Err(missing))
     }
 }
 
@@ -78,7 +148,9 @@ pub(super) fn names_in(folder: &Path, extension: &str) -> Vec<String> {
 fn include_error(error: FileError) -> String {
     match error {
         FileError::Outside => {
-            "it lies outside of the folders that may be read, links followed; -I DIR adds one".to_string()
+            "it lies outside of the folders that may be read, links followed; -I DIR with the folder that holds \
+             the file itself adds it"
+                .to_string()
         }
         error => error.to_string(),
     }
@@ -90,10 +162,22 @@ pub(super) struct Input {
     pub(super) name: String,
     /// The text.
     pub(super) text: String,
+    /// How the file has it, unless it is UTF-8.
+    foreign: Option<Foreign>,
     /// Finds the included files.
     pub(super) files: Files,
     /// The options for reading it.
     pub(super) options: Options,
+}
+
+impl Input {
+    /// The bytes of a changed text, in the encoding of the file.
+    pub(super) fn encoded(&self, text: &str) -> Result<Vec<u8>, Failure> {
+        encoding::encode(text, self.foreign).ok_or_else(|| {
+            let why = "it has bytes that are not UTF-8 beside characters in UTF-8";
+            Failure::new(format!("{} is not changed: {why}; save it as UTF-8 first", self.name))
+        })
+    }
 }
 
 /// The name of the standard input as a main file.
@@ -104,10 +188,10 @@ pub(super) fn read(path: &Path, args: &ReadArgs) -> Result<Input, Failure> {
     if path.as_os_str() == STDIN {
         return read_stdin(args);
     }
-    let text = read_text(path, args.limits.limits())
+    let decoded = read_source(path, args.limits.limits())
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
     let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    Ok(input(path.display().to_string(), text, main, args))
+    Ok(decoded_input(path.display().to_string(), decoded, main, args))
 }
 
 /// Reads a main file from the standard input; its includes are searched for in the working directory.
@@ -115,29 +199,53 @@ pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
     let name = "<standard input>";
     let most = args.limits.limits().reading.file_bytes;
     // Commands that compile a shader several times read it again.
-    static TEXT: OnceLock<String> = OnceLock::new();
-    let text = match TEXT.get() {
-        Some(text) => Ok(text.clone()),
+    static TEXT: OnceLock<Decoded> = OnceLock::new();
+    let cannot = |why: &dyn std::fmt::Display| Failure::new(format!("cannot read {name}: {why}"));
+    let decoded = match TEXT.get() {
+        Some(decoded) => decoded.clone(),
         None => {
-            let text = osl_files::read_stream(std::io::stdin().lock(), most);
-            text.map(|text| TEXT.get_or_init(|| text).clone())
+            let bytes = osl_files::read_stream(std::io::stdin().lock(), most).map_err(|e| cannot(&e))?;
+            let decoded = encoding::decode(bytes).map_err(|e| cannot(&e))?;
+            TEXT.get_or_init(|| decoded).clone()
         }
     };
-    let text = text.map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
-    Ok(input(name.to_string(), text, PathBuf::new(), args))
+    Ok(decoded_input(name.to_string(), decoded, PathBuf::new(), args))
 }
 
 /// A text with its name and the folder of its includes.
 pub(super) fn input(name: String, text: String, main: PathBuf, args: &ReadArgs) -> Input {
-    Input { name, text, files: includes(&main, args), options: options(args) }
+    decoded_input(name, Decoded { text, foreign: None }, main, args)
+}
+
+fn decoded_input(name: String, decoded: Decoded, main: PathBuf, args: &ReadArgs) -> Input {
+    let Decoded { text, foreign } = decoded;
+    let files = includes(&main, args);
+    files.note(&name, foreign);
+    Input { name, text, foreign, files, options: options(args) }
 }
 
 /// The search for the includes of a file in a folder.
 pub(super) fn includes(main: &Path, args: &ReadArgs) -> Files {
-    let roots = [main, Path::new("")].into_iter().chain(args.include.iter().map(PathBuf::as_path));
-    let roots = RefCell::new(Roots::new(roots));
-    let limits = args.limits.limits().clone();
-    Files { main: main.to_path_buf(), folders: args.include.clone(), roots, limits }
+    let files = searched(main, args);
+    files.also(main);
+    files
+}
+
+/// The search for includes in a folder which is that of no shader yet: see [`Files::also`].
+pub(super) fn searched(main: &Path, args: &ReadArgs) -> Files {
+    let files = Files {
+        main: main.to_path_buf(),
+        folders: args.include.clone(),
+        reach: args.reach,
+        shown: RefCell::default(),
+        roots: RefCell::new(Roots::new(
+            [""].iter().map(Path::new).chain(args.include.iter().map(PathBuf::as_path)),
+        )),
+        about: RefCell::default(),
+        limits: args.limits.limits().clone(),
+    };
+    args.include.iter().for_each(|folder| files.shown.borrow_mut().add(folder));
+    files
 }
 
 /// The reading options of the command line.
@@ -152,6 +260,12 @@ pub(super) fn options(args: &ReadArgs) -> Options {
         limits: args.limits.limits().clone(),
         ..Options::default()
     }
+}
+
+/// The text of a shader that the user named. On failure, the reason in words for the user.
+pub(super) fn read_source(path: &Path, limits: &Limits) -> Result<Decoded, String> {
+    let bytes = osl_files::open_named(path).and_then(|file| file.bytes(limits.reading.file_bytes));
+    encoding::decode(bytes.map_err(|error| error.to_string())?).map_err(|why| why.to_string())
 }
 
 /// The text of a file that the user named. On failure, the reason in words for the user.

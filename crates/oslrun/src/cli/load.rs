@@ -16,6 +16,7 @@ use osl_lower::params::{self, ParamError, ParamValues};
 use osl_lower::taps::{self, Tap, TapPath};
 use osl_lower::{Last, Requests};
 use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::encoding::{self, Decoded};
 use osl_syntax::source::{SourceMap, SourceProvider};
 use osl_syntax::spelling::closest;
 use std::cell::RefCell;
@@ -512,7 +513,12 @@ impl<'a> Folders<'a> {
     fn open(&self, file: Opened) -> Result<(String, String), String> {
         let path = file.path().to_path_buf();
         let most = self.read.limits.limits().reading.file_bytes;
-        let (name, text) = (path.display().to_string(), file.text(most).map_err(|error| error.to_string())?);
+        let bytes = file.bytes(most).map_err(|error| error.to_string())?;
+        let Decoded { text, foreign } = encoding::decode(bytes).map_err(|why| why.to_string())?;
+        let name = path.display().to_string();
+        self.includes.note(&name, foreign);
+        // The folder of a shader that may be read is one for its includes.
+        self.includes.also(path.parent().unwrap_or(Path::new("")));
         let Some(edits) = &self.repair else { return Ok((name, text)) };
         let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let mut input = input::input(name, text, main, self.read);
@@ -525,8 +531,6 @@ impl ShaderFiles for Folders<'_> {
     fn find(&self, shader: &str) -> Result<(String, String), String> {
         let name = Path::new(shader);
         if self.own.as_deref() == Some(name) {
-            // The user trusts this file, and therefore the folder of its includes.
-            self.includes.also(name.parent().unwrap_or(Path::new("")));
             return self.open(osl_files::open_named(name).map_err(|error| error.to_string())?);
         }
         let names = if name.extension().is_some_and(|e| e == "osl" || e == "oso") {

@@ -16,13 +16,15 @@ pub(super) fn diagnostics(
     args: &ReadArgs,
     err: &mut dyn Write,
 ) -> Result<(), Failure> {
+    let mut list = list.to_vec();
+    osl::stages::hide(&mut list, sources);
     match args.message_format {
         MessageFormat::Human => {
-            let list = with_lessons(list);
+            let list = with_lessons(&list);
             let _ = write!(err, "{}", render(&list, sources, RenderStyle { color: true }));
         }
         MessageFormat::Json => {
-            for diagnostic in osl::stages::describe(list, sources) {
+            for diagnostic in osl::stages::describe(&list, sources) {
                 let line = serde_json::to_string(&json(&diagnostic)).unwrap_or_default();
                 let _ = writeln!(err, "{line}");
             }

@@ -60,7 +60,7 @@ fn files() {
     let place = Place::new();
     place.refuses(&[&place.path("none.osl")], 1, "cannot read");
     place.refuses(&[&place.path("")], 1, "it is a folder");
-    place.refuses(&[&place.file("bin.osl", [0xff, 0xfe, 0, 1])], 1, "it is not text");
+    place.refuses(&[&place.file("bin.osl", [0xff, 0xfe, 0, 1, 2])], 1, "it is not text");
     place.refuses(&[&place.file("nul.osl", b"shader a() {}\0")], 1, "it is not text");
 }
 

@@ -110,3 +110,25 @@ fn mistakes_are_named() {
     assert!(said("x.h:1:a").contains("there is no file `x.h`"));
     assert!(said("77/4:h").contains("line 77"));
 }
+
+/// Elements of arrays within arrays have their own names and values in what looks into a run.
+#[test]
+fn arrays_within_arrays_are_looked_into() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = "struct S { float x; float w[2]; };\nfloat first(S s[2]) { return s[1].w[1]; }\nshader n(output float r = 0) {\n    \
+                S h[2] = { { 1, { 2, 3 } }, { 4, { 5, u } } };\n    h[0].w[1] = 7 * v;\n    r = first(h);\n}\n";
+    let name = file(dir.path(), "n.osl", text);
+    let (code, out, err) = oslrun(&[&name, "-g", "1x1", "--tap", "5:h[0].w[1]", "--tap", "5:h[1].w"]);
+    assert!(
+        code == 0 && out.contains("line5.h.0.w.1[0]: 3.5 to") && out.contains("line5.h.1.w[1][0]: 0.5 to"),
+        "{out}{err}"
+    );
+    let (code, out, err) = oslrun(&["explain", &name, "-g", "2x2", "--at", "0,0"]);
+    assert!(code == 0 && out.contains("h.w[1][0] = 5") && out.contains("h.w[0][1] = 1.75"), "{out}{err}");
+    for command in ["bounds", "stability", "sanitize"] {
+        let (code, out, err) = oslrun(&[command, &name, "-g", "2x2"]);
+        assert_eq!(code, 0, "{command}: {out}{err}");
+    }
+    let (code, _, err) = oslrun(&["compile", &name]);
+    assert!(code == 1 && err.contains("E0310"), "{err}");
+}

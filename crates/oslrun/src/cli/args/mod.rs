@@ -50,6 +50,18 @@ pub(super) mod heading {
     pub(in crate::cli) const LIMITS: &str = "Limits";
 }
 
+/// How far an `#include` may lead.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// To the folder of the main file, the working directory, and the folders of `-I`.
+    Folders,
+    /// Also to the project of the main file.
+    #[default]
+    Project,
+    /// Also to any file that is named relative to the including file, as in compilers.
+    Relative,
+}
+
 /// How a source file is read.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct ReadArgs {
@@ -65,6 +77,9 @@ pub(super) struct ReadArgs {
     /// How errors and warnings are printed.
     #[arg(long, value_enum, default_value_t, help_heading = heading::MESSAGES)]
     pub(super) message_format: MessageFormat,
+    /// How far an #include may lead.
+    #[arg(skip)]
+    pub(super) reach: Reach,
     /// The limits of the command.
     #[command(flatten)]
     pub(super) limits: LimitArgs,

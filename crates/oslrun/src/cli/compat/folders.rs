@@ -1,7 +1,7 @@
 //! The folders in which the reference's tools look for shaders: compiled shaders first, then sources.
 
-use crate::cli::args::ReadArgs;
 use crate::cli::args::limits::LimitArgs;
+use crate::cli::args::{Reach, ReadArgs};
 use crate::cli::input;
 use osl::stages::ShaderFiles;
 use osl_limits::Limits;
@@ -21,8 +21,8 @@ impl Folders {
     /// The folders of a search path, followed by the working directory.
     pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>, limits: &LimitArgs) -> Folders {
         path.push(PathBuf::new());
-        let read = ReadArgs { limits: limits.clone(), ..ReadArgs::default() };
-        let includes = input::includes(Path::new(""), &read);
+        let read = ReadArgs { limits: limits.clone(), reach: Reach::Relative, ..ReadArgs::default() };
+        let includes = input::searched(Path::new(""), &read);
         Folders { written, path, includes, limits: limits.limits().clone() }
     }
 }
@@ -43,8 +43,10 @@ impl ShaderFiles for Folders {
                 if path.is_file() {
                     // The user's own script names the shader, so the file and its includes may be anywhere.
                     self.includes.also(folder_of(&path));
-                    let text = input::read_text(&path, &self.limits)?;
-                    return Ok((path.display().to_string(), text));
+                    let (name, found) =
+                        (path.display().to_string(), input::read_source(&path, &self.limits)?);
+                    self.includes.note(&name, found.foreign);
+                    return Ok((name, found.text));
                 }
             }
         }

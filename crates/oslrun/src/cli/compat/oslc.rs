@@ -4,7 +4,7 @@
 //! `FILE:LINE: error: …` and are repeated as often as in the reference. Lints are not reported.
 
 use super::Console;
-use crate::cli::args::ReadArgs;
+use crate::cli::args::{Reach, ReadArgs};
 use crate::cli::input;
 use osl::stages::{self, Checked};
 use osl_files::{SaveError, Unsaved};
@@ -41,7 +41,7 @@ Accepted and without effect: -O -O0 -O1 -O2 -d -v -buffer -embed-source
 ";
 
 /// Warnings that the reference does not have: lints, and notes on code that it accepts silently.
-const OURS: [&str; 7] = ["W0207", "W0209", "W0210", "W0211", "W0212", "W0213", "W0214"];
+const OURS: [&str; 8] = ["W0006", "W0207", "W0209", "W0210", "W0211", "W0212", "W0213", "W0214"];
 
 /// A rule for make.
 #[derive(Default)]
@@ -207,7 +207,10 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
     if !file.exists() {
         return Err(format!("Input file \"{}\" not found", file.display()));
     }
-    let mut input = input::read(file, &job.read).map_err(|failure| failure.text)?;
+    // The text of a file that is no header of the shader's own must not get out.
+    let reach = if job.preprocess { Reach::Folders } else { Reach::Relative };
+    let read = ReadArgs { reach, ..job.read.clone() };
+    let mut input = input::read(file, &read).map_err(|failure| failure.text)?;
     input.options.reports = Reports::AsReference;
     if job.preprocess {
         let text = osl_syntax::preprocessed(&input.name, &input.text, &input.files, &input.options);
@@ -247,6 +250,8 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
 /// Prints diagnostics in the tool's form; returns whether one is an error.
 fn told(list: &[Diagnostic], sources: &SourceMap, job: &Job, console: &mut Console<'_>) -> bool {
     let mut bad = false;
+    let mut list = list.to_vec();
+    stages::hide(&mut list, sources);
     for d in list.iter().filter(|d| d.is_error() || !OURS.contains(&d.code.id)) {
         let is_error = d.is_error() || job.werror;
         bad |= is_error;
