@@ -267,6 +267,14 @@ fn the_walker_agrees_on_arrays_within_arrays() {
     tell(&broken);
     assert!(broken.is_empty(), "{} programs", broken.len());
     assert!(open.len() < 150, "{} of 1000 are not compared", open.len());
+    let is_nested = |seed: &u64| {
+        let text = nested_text(*seed);
+        let checked =
+            osl::stages::check("s.osl", &text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+        checked.program.is_some_and(|program| program.nested_arrays().is_some())
+    };
+    let nested = (0..1000).filter(is_nested).count();
+    assert!(nested > 150, "{nested} of 1000 have any");
     let ways = laws::ways();
     for seed in 0..100 {
         let way = &ways[seed as usize % ways.len()..][..1];

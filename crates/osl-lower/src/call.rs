@@ -216,12 +216,8 @@ impl Lowerer<'_> {
         }
         self.at(span);
         for (spot, array) in spots.iter().zip(&arrays) {
-            match (spot, array) {
-                (Some(spot), Some(array)) if spot.is_inner_array() => {
-                    self.write(spot, Val::Stored(Storage::Leaf(array.slot), None));
-                }
-                (Some(_), Some(array)) => self.note_written(&Storage::Leaf(array.slot)),
-                _ => {}
+            if let (Some(spot), Some(array)) = (spot, array) {
+                self.array_written(spot, array);
             }
         }
         let all: Vec<ValueId> = args.iter().copied().chain(result).collect();
@@ -232,6 +228,15 @@ impl Lowerer<'_> {
             args: args.len() as u8,
         });
         result.map_or(Val::Void, Val::One)
+    }
+
+    /// Follows a call that wrote an array: one within an element of another was a copy.
+    fn array_written(&mut self, spot: &Spot, array: &Array) {
+        let storage = Storage::Leaf(array.slot);
+        match spot.is_inner_array() {
+            true => self.write(spot, Val::Stored(storage, None)),
+            false => self.note_written(&storage),
+        }
     }
 
     /// A component of a closure. No other operation of the renderer can run.

@@ -4,6 +4,7 @@
 //! code and place, in words that quote nothing of the file: the included file may be no shader at all.
 
 use crate::diagnostic::{Diagnostic, Edit};
+use crate::errors::NOT_UTF8;
 use crate::source::SourceMap;
 use crate::span::Span;
 use rustc_hash::FxHashSet;
@@ -25,7 +26,7 @@ pub fn hide(diagnostics: &mut [Diagnostic], sources: &SourceMap, is_known: &dyn 
     let is_secret = |word: &str| secret.contains(word) && !is_known(word);
     let tells = |text: &str| quoted(text).any(is_secret);
     for d in diagnostics {
-        if is_hidden(d.span) {
+        if is_hidden(d.span) && d.code != NOT_UTF8 {
             d.message = "an included file is wrong here".to_string();
             d.label.clear();
             d.labels.clear();

@@ -22,7 +22,7 @@ void own(S h[3]) { h[0].w[0] = 9; }
 S make(float x) { S s = { x, { x, x * 2 }, { x, color(x) } }; return s; }
 string show(S h[]) {
     string t = \"\";
-    for (int i = 0; i < arraylength(h); i++) t += format(\"%g:%g,%g:%g \", h[i].x, h[i].w[0], h[i].w[1], h[i].l.c[1]);
+    for (int i = 0; i < arraylength(h); i++) t = concat(t, format(\"%g:%g,%g:%g \", h[i].x, h[i].w[0], h[i].w[1], h[i].l.c[1]));
     return t;
 }
 ";
@@ -94,13 +94,17 @@ fn they_are_arguments() {
         ("fill(h[0].w, 4); fill_open(h[2].w, 6); printf(\"%s\", show(h));", "1:4,5:1 4:5,6:2 7:6,7:3 "),
         ("int i = int(v * 2); fill(h[i].w, 4); printf(\"%s\", show(h));", "1:2,3:1 4:4,5:2 7:8,9:3 "),
         ("set(h, 1, 7); own(h); printf(\"%s\", show(h));", "1:9,3:1 4:5,7:7 7:8,9:3 "),
-        (
-            "T q[2]; int n = split(\"a b c\", q[1].names, \" \"); printf(\"%d %s%s\", n, q[0].names[0], q[1].names[2]);",
-            "3 c",
-        ),
     ] {
         assert_eq!(printed(body), expected, "{body}");
     }
+}
+
+#[test]
+fn functions_of_the_language_write_them() {
+    let body = "T q[2]; int n = split(\"a b c\", q[1].names, \" \"); int m = split(\"x y\", q[int(v)].names);
+        printf(\"%d%d %s %s\", n, m, q[0].names, q[1].names);";
+    let printed: String = frame(&shader(body)).printed.iter().map(|p| p.text.as_str()).collect();
+    assert_eq!(printed, "32 x y  a b c");
 }
 
 #[test]

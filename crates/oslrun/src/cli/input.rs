@@ -97,8 +97,8 @@ impl Files {
     }
 }
 
-/// The project of a folder, links resolved: the nearest folder from it up that has a `.git`, else some folders
-/// above. The root of the file system is none.
+/// The project of a folder, links resolved: the nearest folder from it up that has a `.git`, else some
+/// folders above. The root of the file system is none.
 fn project(folder: &Path) -> Option<PathBuf> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let real = folder.canonicalize().ok()?;

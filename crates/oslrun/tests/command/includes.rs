@@ -47,7 +47,7 @@ fn a_header_beside_the_folder_is_found_from_any_working_directory() {
             (vec!["compile", &file, "-o", &out], ""),
             (vec!["info", &file], "shader x"),
             (vec!["fmt", "--check", &file], ""),
-            (vec!["ir", &file], "body x"),
+            (vec!["ir", &file], "shader x"),
             (vec!["explain", &file, "-g", "2x2", "--at", "0,0"], "tripled"),
             (vec!["bounds", &file, "-g", "2x2"], "r"),
             (vec!["oslc", &file, "-o", &out], "Compiled"),
@@ -137,7 +137,8 @@ fn messages_do_not_show_files_outside_of_the_folder_of_the_shader() {
         "testshade -g 1 1 osl/a.osl",
     ] {
         let (code, said) = oslrun(dir.path(), &args.split(' ').collect::<Vec<_>>());
-        assert!(code != 0 && !shown(&said), "{args}: {said}");
+        // As the reference's, `testshade` succeeds without a shader.
+        assert!((code != 0 || args.starts_with("testshade")) && !shown(&said), "{args}: {said}");
     }
     let (_, said) = oslrun(&dir.path().join("osl"), &["oslc", "-E", "a.osl"]);
     assert!(!shown(&said), "{said}");
