@@ -5,7 +5,7 @@
 mod spare;
 mod words;
 
-use crate::machine::Component;
+use crate::closures::Closures;
 use crate::message::{Event, Printed, Said, unite};
 use crate::profile::ProfileEntry;
 use osl_ir::ir::Kind;
@@ -102,7 +102,7 @@ impl Frame {
         if self.closures.is_empty() {
             self.closures = closures;
         } else {
-            self.closures.iter_mut().zip(closures).for_each(|(all, more)| all.points.extend(more.points));
+            self.closures.iter_mut().zip(closures).for_each(|(all, more)| all.append(more));
         }
         self.profile.iter_mut().zip(&profile).for_each(|(all, more)| all.add(more));
         if self.profile.is_empty() {
@@ -123,13 +123,4 @@ impl Frame {
         let all = self.messages.iter().map(|m| (m.message.error, m.message.show(&place)));
         all.filter(|said| seen.insert(said.clone())).collect()
     }
-}
-
-/// A closure output over all points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Closures {
-    /// Name of the output, `a[2]` for an element of an array.
-    pub output: Arc<str>,
-    /// The components of each point, in order.
-    pub points: Vec<Vec<Component>>,
 }

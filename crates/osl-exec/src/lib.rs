@@ -11,6 +11,7 @@
 mod arithmetic;
 #[cfg(test)]
 mod bounds;
+mod closures;
 mod dictionary;
 mod error;
 mod fields;
@@ -29,9 +30,10 @@ mod services;
 pub mod source;
 mod step;
 
+pub use closures::{Closures, Component, Param, show as show_closure};
 pub use error::RunError;
-pub use frame::{Closures, Frame, Plane, Words};
-pub use machine::{Component, Param, noise_kind, show_closure};
+pub use frame::{Frame, Plane, Words};
+pub use machine::noise_kind;
 pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
 pub use native::Native;
 pub use options::RunOptions;

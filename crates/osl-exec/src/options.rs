@@ -22,6 +22,9 @@ pub struct RunOptions {
     pub limits: Limits,
     /// Whether the closures of outputs are kept.
     pub closures: bool,
+    /// Whether the weights of the closures of outputs, summed by name, become planes: a color `Ci.diffuse` for
+    /// each name that the program may use, or `Ci` if it uses none.
+    pub weights: bool,
     /// Whether to measure the time of each instruction.
     pub profile: bool,
     /// Whether the steps of each point are counted: the frame has them as its last plane,
@@ -42,6 +45,7 @@ impl Default for RunOptions {
             isa: Isa::detect(),
             limits: Limits::default(),
             closures: false,
+            weights: false,
             profile: false,
             steps: false,
             native: Native::Recurring,

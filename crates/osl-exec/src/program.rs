@@ -6,6 +6,7 @@
 //!
 //! `compile` makes a program out of parts that `step`, beside this module, defines.
 
+mod closures;
 mod compile;
 mod file;
 mod homes;
@@ -14,6 +15,7 @@ mod per_cell;
 mod uses;
 mod weight;
 
+use crate::closures::ClosureKind;
 use crate::error::RunError;
 use crate::native::Plans;
 use crate::register::LINE;
@@ -55,6 +57,8 @@ pub struct Program {
     /// Derivatives of globals that are read.
     pub(crate) derivs: Vec<(Global, Axis, Operand)>,
     pub(crate) outputs: Vec<OutputPlan>,
+    /// The kinds of closure components that it makes.
+    pub(crate) closures: Arc<[ClosureKind]>,
     pub(crate) strings: Vec<Arc<str>>,
     error_messages: bool,
     /// The number of each string.
@@ -109,7 +113,8 @@ impl Program {
     pub fn new(body: &Body) -> Program {
         let mut compiler = Compiler::new(body);
         let steps = compiler.block(body.entry);
-        let outputs = compiler.outputs();
+        let closures = closures::kinds(body);
+        let outputs = compiler.outputs(&closures);
         let Compiler {
             registers,
             cells,
@@ -158,6 +163,7 @@ impl Program {
             globals,
             derivs,
             outputs,
+            closures: closures.into(),
             strings: strings.list,
             numbers: strings.numbers,
             layers: body.layers.clone(),

@@ -9,9 +9,10 @@
 mod tile;
 
 use crate::arithmetic;
+use crate::closures::{Closures, Columns};
 use crate::dictionary::Documents;
 use crate::error::RunError;
-use crate::frame::{Closures, Frame, Plane, Words};
+use crate::frame::{Frame, Plane, Words};
 use crate::message::Messages;
 use crate::options::RunOptions;
 use crate::order::{self, Area, Blocks};
@@ -127,7 +128,7 @@ impl<'a> Run<'a> {
     }
 
     fn plane(&self, slot: &Slot, count: usize) -> Plane {
-        let mut plane = plane(&self.program.outputs[slot.output], slot.element, slot.component, count);
+        let mut plane = plane(&self.program.outputs[slot.output], *slot, count);
         if self.program.arithmetic().is_double() {
             plane.wide = vec![0.0; count];
         }
@@ -165,6 +166,8 @@ impl<'a> Run<'a> {
         look: Option<&Look<'_>>,
     ) -> Result<Frame, RunError> {
         self.program.accepts(self.source, self.services)?;
+        // Those of earlier pieces are with the caller.
+        self.closures.store(0, Ordering::Relaxed);
         match self.program.arithmetic() {
             Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress, look),
             Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress, look),
@@ -274,11 +277,7 @@ impl<'a> Run<'a> {
                 // Not by the number of threads: what a point is charged depends on its batch.
                 let (period, rows) = (blocks.period(), points.len().div_ceil(blocks.period()));
                 let wanted = TILES.div_ceil(rows.max(1)).max(period.div_ceil(MOST));
-                // Closures are kept in rows; freeing them takes longer if they are not also made in rows.
-                let in_rows =
-                    options.closures && self.program.outputs.iter().any(|o| o.kind == Kind::Closure);
-                let apart = if in_rows { 1 } else { wanted.min(period / batch.max(LEAST)) };
-                blocks.areas(points, size, apart)
+                blocks.areas(points, size, wanted.min(period / batch.max(LEAST)))
             }
             None => order::areas(points, size),
         };
@@ -290,7 +289,9 @@ impl<'a> Run<'a> {
 
     /// The outputs of the program for this many points, if they fit in memory.
     fn slots(&self, points: usize) -> Result<Slots, RunError> {
-        let count = self.program.outputs.iter().map(|plan| plan.ty_len(self.program) as u64 * 16);
+        let most_planes = |plan: &OutputPlan| 16.max(3 * plan.names.len() as u64);
+        let outputs = self.program.outputs.iter();
+        let count = outputs.map(|plan| (plan.ty_len(self.program) as u64).saturating_mul(most_planes(plan)));
         // Nothing is allocated before the total size is known.
         let most = self.options.limits.running.frame_bytes;
         let each = if self.program.arithmetic().is_double() { 12 } else { 4 };
@@ -401,7 +402,7 @@ struct Slots {
     closures: Vec<Slot>,
 }
 
-/// One component of one element of an output.
+/// One component of one element of an output; for the weights of a closure, three components for each name.
 #[derive(Clone, Copy)]
 struct Slot {
     output: usize,
@@ -412,23 +413,23 @@ struct Slot {
 impl Slots {
     fn of(program: &Program, options: &RunOptions) -> Slots {
         let mut slots = Slots { planes: Vec::new(), closures: Vec::new() };
+        let mut weights = Vec::new();
         for (output, plan) in program.outputs.iter().enumerate() {
             for element in 0..plan.ty_len(program) {
+                let each = |count: usize| (0..count).map(move |component| Slot { output, element, component });
                 match plan.kind {
                     // Strings have no plane.
                     Kind::Str => {}
-                    Kind::Closure if options.closures => {
-                        slots.closures.push(Slot { output, element, component: 0 });
+                    Kind::Closure => {
+                        slots.closures.extend(each(1).filter(|_| options.closures));
+                        let names = plan.names.len().max(1);
+                        weights.extend(each(3 * names).filter(|_| options.weights));
                     }
-                    Kind::Closure => {}
-                    kind => slots.planes.extend((0..kind.words() as usize).map(|component| Slot {
-                        output,
-                        element,
-                        component,
-                    })),
+                    kind => slots.planes.extend(each(kind.words() as usize)),
                 }
             }
         }
+        slots.planes.append(&mut weights);
         slots
     }
 }
@@ -441,28 +442,21 @@ fn gather(
     (planes, closures): (Vec<Plane>, Vec<Slot>),
     results: Vec<Tile>,
 ) -> Frame {
-    let mut outputs: Vec<Closures> = closures
-        .iter()
-        .filter_map(|slot| {
-            let plan = program.outputs.get(slot.output)?;
-            Some(Closures { output: element_name(plan, slot.element), points: Vec::new() })
-        })
-        .collect();
+    let mut kept: Vec<Vec<Columns>> = closures.iter().map(|_| Vec::new()).collect();
     let mut said = Vec::new();
     let mut profile = Profile::new(program);
     for tile in results {
         tile.profile.iter().for_each(|of_tile| profile.add(of_tile));
         said.push(tile.messages);
-        outputs.iter_mut().zip(tile.closures).for_each(|(all, mut here)| all.points.append(&mut here));
+        kept.iter_mut().zip(tile.closures).for_each(|(all, here)| all.push(here));
     }
-    if let Some(blocks) = blocks {
-        for all in &mut outputs {
-            let found = std::mem::take(&mut all.points);
-            let mut sorted: Vec<_> = found.into_iter().enumerate().collect();
-            sorted.sort_by_key(|(point, _)| blocks.position(start + *point));
-            all.points = sorted.into_iter().map(|(_, list)| list).collect();
-        }
-    }
+    // The points are whole rows of blocks, if there are blocks.
+    let position = |number: usize| blocks.map_or(number, |blocks| blocks.position(start + number) - start);
+    let outputs = closures.iter().zip(kept).filter_map(|(slot, tiles)| {
+        let plan = program.outputs.get(slot.output)?;
+        Some(Closures::new(element_name(plan, slot.element), tiles, position))
+    });
+    let outputs = outputs.collect();
     let (messages, printed, events) = Messages::merge(said, &options.limits.running);
     Frame { planes, messages, printed, events, closures: outputs, profile: profile.entries(program) }
 }
@@ -471,13 +465,16 @@ fn element_name(plan: &OutputPlan, element: usize) -> Arc<str> {
     if plan.ty.is_array() { format!("{}[{element}]", plan.name).into() } else { plan.name.clone() }
 }
 
-fn plane(plan: &OutputPlan, element: usize, component: usize, count: usize) -> Plane {
-    Plane {
-        output: element_name(plan, element),
-        ty: plan.ty.element(),
-        component,
-        kind: plan.kind,
-        words: Words::any(count),
-        wide: Vec::new(),
+fn plane(plan: &OutputPlan, slot: Slot, count: usize) -> Plane {
+    let Slot { element, component, .. } = slot;
+    let output = element_name(plan, element);
+    let (words, wide) = (Words::any(count), Vec::new());
+    if plan.kind == Kind::Closure {
+        let output = match plan.names.get(component / 3) {
+            Some(name) => format!("{output}.{name}").into(),
+            None => output,
+        };
+        return Plane { output, ty: Type::COLOR, component: component % 3, kind: Kind::Float, words, wide };
     }
+    Plane { output, ty: plan.ty.element(), component, kind: plan.kind, words, wide }
 }

@@ -216,6 +216,10 @@ pub(crate) struct OutputPlan {
     pub(crate) ty: Type,
     pub(crate) kind: Kind,
     pub(crate) source: OutputSource,
+    /// The names of the components that it may have, if it is a closure; and the index of the name of each
+    /// kind of component.
+    pub(crate) names: Vec<Arc<str>>,
+    pub(crate) name_of: Vec<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]

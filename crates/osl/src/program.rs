@@ -190,8 +190,8 @@ impl Outputs {
     /// was compiled.
     pub fn closures(&self, name: &str) -> Option<Vec<Vec<Closure>>> {
         let found = self.frame.closures.iter().find(|closures| &*closures.output == name)?;
-        let point = |list: &Vec<osl_exec::Component>| list.iter().map(Closure::new).collect();
-        Some(found.points.iter().map(point).collect())
+        let point = |at: usize| found.point(at).iter().map(Closure::new).collect();
+        Some((0..found.len()).map(point).collect())
     }
 
     /// The messages of the run, each once.

@@ -1,39 +1,19 @@
-//! Closures at run time: a tree for each value, in an arena that lasts as long as the batch.
+//! Closures while a batch runs: a tree for each value, in an arena that lasts as long as the batch.
 
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
-use crate::step::KernelStep;
-use osl_ir::ir::{Const, Kind, Shape};
-use osl_ir::text::{self, Flavour, Value};
+use crate::closures::{ClosureKind, Columns, List, show};
+use crate::step::{KernelStep, Operand};
+use osl_ir::ir::{Kind, Shape};
+use osl_lanes::{Arg, Word};
 use smallvec::SmallVec;
 use std::sync::Arc;
 
-/// A component of a closure: a way to scatter or emit light, with its weight.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Component {
-    /// Red, green and blue factors.
-    pub weight: [f32; 3],
-    /// Name of the closure.
-    pub name: Arc<str>,
-    /// Its parameters in order. Copies of a component share them.
-    pub params: Arc<[Param]>,
-}
-
-/// A parameter of a component.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Param {
-    /// The name of a keyword argument.
-    pub key: Option<Arc<str>>,
-    /// One value, or the elements of an array.
-    pub values: SmallVec<[Const; 1]>,
-    /// The components, if it is a closure.
-    pub closure: Vec<Component>,
-}
-
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 enum Form {
-    Component(Component),
+    /// The index of its kind, and the first word of its parameters.
+    Component(u32, u32),
     Sum(u32, u32),
     Scale(u32, [f32; 3]),
 }
@@ -49,29 +29,21 @@ struct Node {
 #[derive(Debug, Default)]
 pub(super) struct Closures {
     nodes: Vec<Node>,
+    /// The parameters of components: floats by their bits, strings and closures by their numbers.
+    words: Vec<u32>,
 }
 
-/// Bytes charged for a node or a component, besides the contents of its parameters.
+/// Bytes charged for a node or a component that is written out, besides the contents of its parameters.
 const NODE_BYTES: u64 = 512;
-/// Bytes charged for a parameter, and for a value of it.
+/// Bytes charged for a parameter that is written out, and for a value of it.
 const PARAM_BYTES: u64 = 64;
 /// Bytes of a closure that are processed in one step.
 const BYTES_A_STEP: u64 = 16;
 
-impl Component {
-    /// Its approximate size in bytes, including the contents of its parameters: the same on every machine.
-    fn bytes(&self) -> u64 {
-        let of_param = |param: &Param| {
-            let values = param.values.len() as u64 * PARAM_BYTES;
-            PARAM_BYTES + values + param.closure.iter().map(Component::bytes).sum::<u64>()
-        };
-        NODE_BYTES + self.params.iter().map(of_param).sum::<u64>()
-    }
-}
-
 impl Closures {
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
+        self.words.clear();
     }
 
     fn node(&self, closure: u32) -> Option<&Node> {
@@ -82,45 +54,94 @@ impl Closures {
         self.node(closure).map_or(0, |node| node.written)
     }
 
-    /// The components in the order of the sums, with weights multiplied out.
-    fn components(&self, closure: u32) -> Vec<Component> {
-        let mut found = Vec::new();
+    /// Calls `visit` with each component in the order of the sums: the index of its kind, its weight
+    /// multiplied out, and the first word of its parameters.
+    fn each(&self, closure: u32, mut visit: impl FnMut(u32, [f32; 3], u32)) {
         let mut open: SmallVec<[(u32, [f32; 3]); 8]> = SmallVec::new();
         open.push((closure, [1.0; 3]));
         while let Some((closure, weight)) = open.pop() {
             let Some(node) = self.node(closure) else { continue };
-            match &node.form {
-                Form::Component(component) => found.push(Component { weight, ..component.clone() }),
-                Form::Sum(a, b) => open.extend([(*b, weight), (*a, weight)]),
-                Form::Scale(of, by) => open.push((*of, std::array::from_fn(|c| weight[c] * by[c]))),
+            match node.form {
+                Form::Component(kind, start) => visit(kind, weight, start),
+                Form::Sum(a, b) => open.extend([(b, weight), (a, weight)]),
+                Form::Scale(of, by) => open.push((of, std::array::from_fn(|c| weight[c] * by[c]))),
             }
         }
-        found
     }
 }
 
 impl<A: ArithmeticImpl> Machine<'_, A> {
-    fn new_node(&mut self, form: Form) -> u32 {
-        let (written, kept) = match &form {
-            Form::Component(component) => (component.bytes(), component.bytes()),
-            Form::Sum(a, b) => (self.closures.written(*a).saturating_add(self.closures.written(*b)), 0),
-            Form::Scale(of, _) => (self.closures.written(*of), 0),
-        };
-        let written = written.saturating_add(NODE_BYTES);
-        self.work.pay(kept / BYTES_A_STEP);
+    /// Adds a node for which the batch keeps some bytes, and which takes `written` bytes when written out.
+    fn new_node(&mut self, form: Form, kept: u64, written: u64) -> u32 {
         // The closure must also fit when it is written out.
-        if !self.work.keep(kept + NODE_BYTES) || !self.work.holds(written) {
+        if !self.work.keep(kept + size_of::<Node>() as u64) || !self.work.holds(written) {
             return 0;
         }
         self.closures.nodes.push(Node { form, written });
         self.closures.nodes.len() as u32
     }
 
-    /// The components of a closure value, for the caller of the run, and their size in bytes.
-    pub(crate) fn components(&self, closure: u32) -> (Vec<Component>, u64) {
-        let found = self.closures.components(closure);
-        let bytes = found.iter().map(Component::bytes).sum();
-        (found, bytes)
+    /// Adds the components of a closure to columns that outlast the batch.
+    fn write_out(&self, closure: u32, to: &mut Columns) -> List {
+        let mut rows: SmallVec<[(u32, [f32; 3], u32); 8]> = SmallVec::new();
+        self.closures.each(closure, |kind, weight, start| rows.push((kind, weight, start)));
+        let mut words: SmallVec<[u32; 32]> = SmallVec::new();
+        for (kind, _, start) in &mut rows {
+            let Some(ClosureKind { shapes, .. }) = self.program.closures.get(*kind as usize) else { continue };
+            let mut own = self.closures.words.get(*start as usize..).unwrap_or_default();
+            words.clear();
+            for shape in shapes {
+                let count = shape.count as usize * shape.kind.words() as usize;
+                let (here, rest) = own.split_at(count.min(own.len()));
+                own = rest;
+                match shape.kind {
+                    Kind::Str => words.extend(here.iter().map(|number| to.text(self.text(*number)))),
+                    Kind::Closure => {
+                        words.extend(here.iter().flat_map(|number| <[u32; 2]>::from(self.write_out(*number, to))))
+                    }
+                    _ => words.extend_from_slice(here),
+                }
+            }
+            *start = to.params(&words);
+        }
+        to.list(&rows)
+    }
+
+    /// Adds a point with a closure to columns. Returns the bytes that it takes there.
+    pub(crate) fn keep_closure(&self, closure: u32, to: &mut Columns) -> u64 {
+        let before = to.bytes();
+        let list = self.write_out(closure, to);
+        to.point(list);
+        to.bytes() - before
+    }
+
+    /// Writes the weights of a closure output at the first `count` lanes, summed by name: for each name three
+    /// arrays of words; zeros if there are no names.
+    pub(crate) fn weights(&self, (output, element): (usize, usize), count: usize, out: &mut Vec<u32>) {
+        let Some(plan) = self.program.outputs.get(output) else { return };
+        let names = plan.names.len().max(1);
+        out.clear();
+        out.resize(names * 3 * count, 0);
+        let mut sums = vec![[0.0_f32; 3]; names];
+        let lanes = self.output_lanes(plan.source, element, 0);
+        for lane in 0..count {
+            let closure = match lanes {
+                Arg::Same(word) => word[0],
+                Arg::Each(lanes) => lanes[lane],
+            };
+            if closure.bits() == 0 {
+                continue;
+            }
+            sums.fill([0.0; 3]);
+            self.closures.each(closure.bits(), |kind, weight, _| {
+                let at = plan.name_of.get(kind as usize).and_then(|name| sums.get_mut(*name as usize));
+                at.into_iter().flatten().zip(weight).for_each(|(sum, x)| *sum += x);
+            });
+            let planes = out.chunks_mut(count).filter_map(|plane| plane.get_mut(lane));
+            for (to, x) in planes.zip(sums.iter().flatten()) {
+                *to = if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
+            }
+        }
     }
 
     /// Charges for writing out a closure. Returns whether the point can afford it.
@@ -131,34 +152,43 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
 
     pub(super) fn component_of(&mut self, name: &Arc<str>, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
         let [out] = &step.outs[..] else { return };
+        let is_own = |kind: &ClosureKind| kind.name == *name && kind.shapes == shapes;
+        let Some(kind) = self.program.closures.iter().position(is_own) else { return };
+        let values: u64 = step.args.iter().filter(|arg| arg.kind != Kind::Closure).count() as u64;
         for lane in self.lanes(&step.outs, mask) {
+            let mut nested = 0;
             for arg in step.args.iter().filter(|arg| arg.kind == Kind::Closure) {
-                if !self.pay_closure(self.bits(*arg, lane)) {
+                let closure = self.bits(*arg, lane);
+                nested += self.closures.written(closure);
+                if !self.pay_closure(closure) {
                     return;
                 }
             }
-            let mut args = &step.args[..];
-            let param = |shape: &Shape| {
-                let (own, rest) = args.split_at(args.len().min(shape.count as usize));
-                args = rest;
-                let (values, closures) =
-                    if shape.kind == Kind::Closure { (&[][..], own) } else { (own, &[][..]) };
-                Param {
-                    key: shape.key.clone(),
-                    values: values.iter().map(|a| self.value(*a, shape.kind, lane)).collect(),
-                    closure: closures
-                        .iter()
-                        .flat_map(|a| self.closures.components(self.bits(*a, lane)))
-                        .collect(),
-                }
-            };
-            let params = shapes.iter().map(param).collect();
-            let form = Form::Component(Component { weight: [1.0; 3], name: name.clone(), params });
-            let number = self.new_node(form);
+            let start = self.closures.words.len();
+            let Ok(first) = u32::try_from(start) else { return };
+            let kinds = shapes.iter().flat_map(|shape| std::iter::repeat_n(shape.kind, shape.count as usize));
+            step.args.iter().zip(kinds).for_each(|(arg, kind)| self.push_words(*arg, kind, lane));
+            let own = (self.closures.words.len() - start) as u64 * size_of::<u32>() as u64;
+            let component = NODE_BYTES + PARAM_BYTES * (shapes.len() as u64 + values) + nested;
+            self.work.pay(component / BYTES_A_STEP);
+            // What is nested is charged again at each level, which bounds the levels.
+            let form = Form::Component(kind as u32, first);
+            let number = self.new_node(form, own.saturating_add(nested), component.saturating_add(NODE_BYTES));
             self.set_bits(*out, lane, number);
             if !self.work.close() {
                 return;
             }
+        }
+    }
+
+    /// Adds the words of a value at one lane to the parameters.
+    fn push_words(&mut self, arg: Operand, kind: Kind, lane: usize) {
+        for c in 0..kind.words() as usize {
+            let word = match kind {
+                Kind::Float | Kind::Triple | Kind::Matrix => self.single(self.part(arg, c), lane).to_bits(),
+                Kind::Int | Kind::Str | Kind::Closure => self.bits(arg, lane),
+            };
+            self.closures.words.push(word);
         }
     }
 
@@ -167,7 +197,10 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         for lane in self.lanes(&step.outs, mask) {
             let number = match (self.bits(*a, lane), self.bits(*b, lane)) {
                 (0, other) | (other, 0) => other,
-                (a, b) => self.new_node(Form::Sum(a, b)),
+                (a, b) => {
+                    let written = self.closures.written(a).saturating_add(self.closures.written(b));
+                    self.new_node(Form::Sum(a, b), 0, written.saturating_add(NODE_BYTES))
+                }
             };
             self.set_bits(*out, lane, number);
             if !self.work.goes_on() {
@@ -187,7 +220,10 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 _ if by == [0.0; 3] => 0,
                 0 => 0,
                 of if by == [1.0; 3] => of,
-                of => self.new_node(Form::Scale(of, by)),
+                of => {
+                    let written = self.closures.written(of).saturating_add(NODE_BYTES);
+                    self.new_node(Form::Scale(of, by), 0, written)
+                }
             };
             self.set_bits(*out, lane, number);
             if !self.work.goes_on() {
@@ -202,40 +238,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         if !self.pay_closure(closure) || !self.pay_closure(closure) {
             return String::new();
         }
-        self.closures.components(closure).iter().map(show).collect::<Vec<_>>().join("\n\t+ ")
-    }
-}
-
-/// `(r, g, b) * name (parameters)`.
-pub fn show(component: &Component) -> String {
-    let [r, g, b] = component.weight.map(number);
-    let mut parts: Vec<String> = Vec::new();
-    for param in component.params.iter() {
-        parts.extend(param.key.iter().map(|key| format!("\"{key}\"")));
-        let values: Vec<String> = param.values.iter().map(constant).collect();
-        match &values[..] {
-            [] | [_] => parts.extend(values),
-            several => parts.push(format!("[{}]", several.join(", "))),
-        }
-        if !param.closure.is_empty() {
-            parts.push(param.closure.iter().map(show).collect::<Vec<_>>().join(" + "));
-        }
-    }
-    format!("({r}, {g}, {b}) * {} ({})", component.name, parts.join(", "))
-}
-
-fn number(x: f32) -> String {
-    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print, 64)
-}
-
-fn constant(value: &Const) -> String {
-    let list = |all: &[f32]| format!("({})", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "));
-    match value {
-        Const::Int(n) => n.to_string(),
-        Const::Float(x) => number(*x),
-        Const::Triple(t) => list(t),
-        Const::Matrix(m) => list(&m[..]),
-        Const::Str(s) => format!("\"{s}\""),
-        Const::Null => String::new(),
+        let mut columns = Columns::new(self.program.closures.clone());
+        let list = self.write_out(closure, &mut columns);
+        columns.components(list).iter().map(show).collect::<Vec<_>>().join("\n\t+ ")
     }
 }

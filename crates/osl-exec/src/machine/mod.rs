@@ -42,7 +42,6 @@ use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
 use crate::step::{Array, Location, Operand, OutputSource, Step, Steps};
-pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
 pub use noise::noise_kind;
 use osl_ir::ir::{Const, Kind, MAX_ARGS};

@@ -1,10 +1,12 @@
 //! The compiler of one body: assigns locations to values, and turns instructions into steps.
 
+use super::closures::Flow;
 use super::file::File;
 use super::homes::{Home, Homes, occupant};
 use super::lasting::Lasting;
 use super::uses::Uses;
 use super::{per_cell, weigh};
+use crate::closures::ClosureKind;
 use crate::step::{
     CellInputs, CellLocation, Export, KernelStep, LaneStep, LoadStep, Location, LoopParam, Mark, Operand,
     OutputPlan, OutputSource, Seed, Step, Steps, StoreStep,
@@ -453,15 +455,21 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    pub(super) fn outputs(&mut self) -> Vec<OutputPlan> {
+    pub(super) fn outputs(&mut self, closures: &[ClosureKind]) -> Vec<OutputPlan> {
         let body = self.body;
+        let flow = (!closures.is_empty()).then(|| Flow::of(body));
         let mut plans = Vec::new();
         for output in &body.outputs {
             let (kind, source) = match output.source {
                 Source::Value(v) => (body.kind(v), OutputSource::Value(self.operand(v))),
                 Source::Slot(s) => (body.slot(s).kind, OutputSource::Array(s.0)),
             };
-            plans.push(OutputPlan { name: output.name.clone(), ty: output.ty, kind, source });
+            let flow = flow.as_ref().filter(|_| kind == Kind::Closure);
+            let names = flow.map_or_else(Vec::new, |flow| flow.names(&output.source, closures));
+            let index: FxHashMap<&Arc<str>, u32> = names.iter().zip(0..).collect();
+            let of_kind = |kind: &ClosureKind| index.get(&kind.name).copied().unwrap_or(u32::MAX);
+            let name_of = closures.iter().filter(|_| !names.is_empty()).map(of_kind).collect();
+            plans.push(OutputPlan { name: output.name.clone(), ty: output.ty, kind, source, names, name_of });
         }
         plans
     }

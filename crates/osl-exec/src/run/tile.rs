@@ -3,12 +3,14 @@
 
 use super::{Slot, Work};
 use crate::arithmetic::ArithmeticImpl;
+use crate::closures::Columns;
 use crate::error::RunError;
-use crate::machine::{Component, Machine};
+use crate::machine::Machine;
 use crate::message::Messages;
 use crate::order::{Area, PlaneArea};
 use crate::profile::Profile;
 use crate::register::LINE;
+use osl_ir::ir::Kind;
 use std::ops::Add;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
@@ -37,7 +39,7 @@ impl Add for Bytes {
 pub(super) struct Tile {
     pub(super) messages: Messages,
     /// For each closure output, the components of each point.
-    pub(super) closures: Vec<Vec<Vec<Component>>>,
+    pub(super) closures: Vec<Columns>,
     pub(super) profile: Option<Box<Profile>>,
     /// Bytes kept by its points, up to the one with which it ended.
     pub(super) bytes: Bytes,
@@ -59,10 +61,18 @@ pub(super) struct Worker<'w, 'p, A: ArithmeticImpl> {
     narrow: Option<Box<Machine<'w, A>>>,
     /// How often the batch size was halved.
     level: u32,
-    /// Buffers for the words of a batch in the order of its points.
-    row: (Vec<u32>, Vec<f64>),
+    row: Row,
     /// The planes of a tile that is only looked at.
     own: Vec<Vec<u32>>,
+}
+
+/// Buffers for the words of a batch in the order of its points.
+#[derive(Default)]
+struct Row {
+    words: Vec<u32>,
+    wide: Vec<f64>,
+    /// The weights of the current closure output: an array for each of its planes.
+    weights: Vec<u32>,
 }
 
 /// The current tile of a worker.
@@ -76,7 +86,7 @@ impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
     /// A new worker.
     pub(super) fn new(work: &'w Work<'w, 'p>) -> Self {
         let machine = machine(work, work.batch);
-        Worker { work, machine, narrow: None, level: 0, row: Default::default(), own: Vec::new() }
+        Worker { work, machine, narrow: None, level: 0, row: Row::default(), own: Vec::new() }
     }
 
     /// Runs tiles until there are none left.
@@ -117,7 +127,9 @@ impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
         // Other points may cost less.
         self.level = self.level.saturating_sub(1);
         let points = area.points.clone();
-        let tile = Tile { closures: vec![Vec::new(); work.slots.closures.len()], ..Tile::default() };
+        let columns = || Columns::new(work.run.program.closures.clone());
+        let closures = work.slots.closures.iter().map(|_| columns()).collect();
+        let tile = Tile { closures, ..Tile::default() };
         self.machine.profile = work.run.options.profile.then(|| Box::new(Profile::new(work.run.program)));
         let mut running = Running { area, part, tile };
         let mut at = points.start;
@@ -222,7 +234,7 @@ fn advance<A: ArithmeticImpl>(
     machine: &mut Machine<'_, A>,
     work: &Work<'_, '_>,
     running: &mut Running<'_>,
-    row: &mut (Vec<u32>, Vec<f64>),
+    row: &mut Row,
     (first, count, each): (usize, usize, bool),
 ) -> Result<(), RunError> {
     let each = each || work.run.options.steps;
@@ -245,15 +257,14 @@ fn advance<A: ArithmeticImpl>(
     for (index, slot) in work.slots.closures.iter().enumerate() {
         let mut numbers = vec![0; count];
         machine.output((slot.output, slot.element, 0), &mut numbers, &mut []);
+        let Some(found) = running.tile.closures.get_mut(index) else { continue };
         for number in numbers {
-            let (list, bytes) = machine.components(number);
+            let bytes = machine.keep_closure(number, found);
             running.tile.bytes.closures += bytes;
-            let Some(found) = running.tile.closures.get_mut(index) else { continue };
-            if work.run.keep(bytes) {
-                found.push(list);
-            } else {
-                found.clear();
+            if !work.run.keep(bytes) {
+                *found = Columns::default();
                 work.last.fetch_min(work.started.load(Ordering::Relaxed), Ordering::Relaxed);
+                break;
             }
         }
     }
@@ -265,7 +276,7 @@ fn deliver<A: ArithmeticImpl>(
     machine: &Machine<'_, A>,
     work: &Work<'_, '_>,
     running: &mut Running<'_>,
-    row: &mut (Vec<u32>, Vec<f64>),
+    row: &mut Row,
     (first, count): (usize, usize),
 ) {
     let at = first - running.area.points.start;
@@ -273,31 +284,44 @@ fn deliver<A: ArithmeticImpl>(
     let blocks = work.run.source.blocks().filter(|_| work.look.is_none());
     for (Slot { output, element, component }, piece) in work.slots.planes.iter().zip(&mut running.part) {
         let slot = (*output, *element, *component);
+        let plan = work.run.program.outputs.get(*output);
+        let is_closure = plan.is_some_and(|plan| plan.kind == Kind::Closure);
+        if is_closure && *component == 0 {
+            machine.weights((*output, *element), count, &mut row.weights);
+        }
+        let weights = row.weights.get(component * count..).and_then(|words| words.get(..count));
+        let read = |words: &mut [u32], wide: &mut [f64]| match weights.filter(|_| is_closure) {
+            Some(weights) => {
+                words.copy_from_slice(weights);
+                wide.iter_mut().zip(weights).for_each(|(to, word)| *to = f32::from_bits(*word).into());
+            }
+            None => machine.output(slot, words, wide),
+        };
         match blocks {
             Some(blocks) => {
-                row.0.resize(count, 0);
-                row.1.resize(if piece.wide.is_empty() { 0 } else { count }, 0.0);
-                machine.output(slot, &mut row.0, &mut row.1);
-                blocks.scatter(first, &row.0, running.area, &mut piece.words);
-                blocks.scatter(first, &row.1, running.area, &mut piece.wide);
+                row.words.resize(count, 0);
+                row.wide.resize(if piece.wide.is_empty() { 0 } else { count }, 0.0);
+                read(&mut row.words, &mut row.wide);
+                blocks.scatter(first, &row.words, running.area, &mut piece.words);
+                blocks.scatter(first, &row.wide, running.area, &mut piece.wide);
             }
             None => {
                 let wide = piece.wide.after(at).and_then(|wide| wide.get_mut(..count)).unwrap_or_default();
                 if let Some(out) = piece.words.after(at).and_then(|words| words.get_mut(..count)) {
-                    machine.output(slot, out, wide);
+                    read(out, wide);
                 }
             }
         }
     }
     // The plane with the steps comes after those of the outputs.
     if let Some(piece) = running.part.get_mut(work.slots.planes.len()).filter(|_| work.run.options.steps) {
-        row.0.clear();
-        row.0.extend((0..count).map(|lane| machine.spent(lane)));
+        row.words.clear();
+        row.words.extend((0..count).map(|lane| machine.spent(lane)));
         match blocks {
-            Some(blocks) => blocks.scatter(first, &row.0, running.area, &mut piece.words),
+            Some(blocks) => blocks.scatter(first, &row.words, running.area, &mut piece.words),
             None => {
                 if let Some(out) = piece.words.after(at).and_then(|words| words.get_mut(..count)) {
-                    out.copy_from_slice(&row.0);
+                    out.copy_from_slice(&row.words);
                 }
             }
         }

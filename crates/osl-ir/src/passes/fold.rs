@@ -367,7 +367,28 @@ impl Fold {
                     _ => Outcome::Keep(Op::Kernel(kernel, args)),
                 }
             }
+            Kernel::ClosureSum | Kernel::ClosureScale => {
+                self.closure(&kernel, &args).unwrap_or(Outcome::Keep(Op::Kernel(kernel, args)))
+            }
             kernel => Outcome::Keep(Op::Kernel(kernel, args)),
+        }
+    }
+
+    /// The result of a sum with a null closure, or of a closure that is null or multiplied by 0 or 1.
+    fn closure(&self, kernel: &Kernel, args: &[ValueId]) -> Option<Outcome> {
+        let [a, b] = *args else { return None };
+        let is_null = |value| matches!(self.constant(value), Some(Const::Null));
+        let is = |x: f32| match self.constant(b) {
+            Some(Const::Float(by)) => *by == x,
+            Some(Const::Triple(by)) => *by == [x; 3],
+            _ => false,
+        };
+        match kernel {
+            Kernel::ClosureSum if is_null(a) => Some(Outcome::Same(b)),
+            Kernel::ClosureSum if is_null(b) => Some(Outcome::Same(a)),
+            Kernel::ClosureScale if is_null(a) || is(0.0) => Some(Outcome::Constant(Const::Null)),
+            Kernel::ClosureScale if is(1.0) => Some(Outcome::Same(a)),
+            _ => None,
         }
     }
 

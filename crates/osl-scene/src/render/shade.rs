@@ -60,9 +60,8 @@ pub(super) fn shade(
             Scatter::diffuse(hit.hit.point.ng, hit.hit.point.n, -hit.incident, matt(&planes, name, at))
         }
         None => {
-            let list = closures.iter().find(|c| &*c.output == "Ci").and_then(|c| c.points.get(at));
-            let list = list.map_or(&[][..], Vec::as_slice);
-            Scatter::new(list, hit.hit.point.ng, -hit.incident)
+            let list = closures.iter().find(|c| &*c.output == "Ci").map(|c| c.point(at));
+            Scatter::new(&list.unwrap_or_default(), hit.hit.point.ng, -hit.incident)
         }
     };
     let scatter = hits.iter().enumerate().map(|(at, hit)| of(at, hit)).collect();

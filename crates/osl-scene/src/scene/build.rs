@@ -280,8 +280,8 @@ fn plane_color(frame: &Frame, name: &Arc<str>, at: usize) -> Vec3 {
 
 /// The light of the closures `background` and `emission`.
 fn background_color(frame: &Frame, at: usize) -> Vec3 {
-    let list = frame.closures.iter().find(|c| &*c.output == "Ci").and_then(|c| c.points.get(at));
+    let ci = frame.closures.iter().find(|c| &*c.output == "Ci");
     let shines = |name: &str| matches!(name, "background" | "emission");
-    let components = list.into_iter().flatten().filter(|c| shines(&c.name));
-    components.map(|c| Vec3::from_array(c.weight)).sum()
+    let components = ci.into_iter().flat_map(|c| c.weights(at)).filter(|(name, _)| shines(name));
+    components.map(|(_, weight)| Vec3::from_array(weight)).sum()
 }

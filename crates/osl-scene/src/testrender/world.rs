@@ -157,11 +157,9 @@ impl<'w> Stage<'w> {
         let limits = self.world.limits.clone();
         let options = RunOptions { tile: points.len(), closures: true, limits, ..RunOptions::default() };
         let run = Run::new(program, self.world.services.of(ray), &source, &options);
-        let Frame { messages, printed, mut closures, .. } = run.points(0..source.count(), &|_| ())?;
+        let Frame { messages, printed, closures, .. } = run.points(0..source.count(), &|_| ())?;
         notes.add(Notes { messages, printed }, &self.world.limits);
-        let ci = closures.iter_mut().find(|c| &*c.output == "Ci");
-        let mut found = ci.map_or_else(Vec::new, |c| std::mem::take(&mut c.points));
-        found.resize(points.len(), Vec::new());
-        Ok(found)
+        let ci = closures.iter().find(|c| &*c.output == "Ci");
+        Ok((0..points.len()).map(|at| ci.map_or_else(Vec::new, |c| c.point(at))).collect())
     }
 }

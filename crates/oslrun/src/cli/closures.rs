@@ -1,80 +1,98 @@
-//! The closures of a frame: as text, and their weights as layers.
+//! The closures of a run as text: at each point of a small image, else a summary by name.
 
-use osl_exec::{Component, Frame, Plane, show_closure};
-use osl_ir::ir::Kind;
-use osl_ir::types::Type;
+use osl_exec::{Closures, Component, show_closure};
 use std::io::Write;
 use std::sync::Arc;
 
-/// The largest frame whose closures are shown point by point.
+/// The largest number of points whose closures are shown point by point.
 const EACH: usize = 64;
 
-/// Shows the closures of a picture whose first pixel is `corner`. In a small frame, those of each point;
-/// else, for each name, the number of points, the range of weights, and an example.
-pub(super) fn show(frame: &Frame, width: usize, corner: (usize, usize), out: &mut dyn Write) {
-    for closures in &frame.closures {
-        if closures.points.len() <= EACH {
-            for (point, list) in closures.points.iter().enumerate() {
-                let text: Vec<String> = list.iter().map(show_closure).collect();
-                let text = if text.is_empty() { "null".to_string() } else { text.join("\n    + ") };
-                let (x, y) = (corner.0 + point % width.max(1), corner.1 + point / width.max(1));
-                let _ = writeln!(out, "{} at ({x}, {y}):\n      {text}", closures.output);
+/// The closures of a run, added piece by piece and not kept.
+#[derive(Default)]
+pub(super) struct Summary(Vec<OfOutput>);
+
+/// The closures of an output.
+#[derive(Default)]
+struct OfOutput {
+    output: Arc<str>,
+    points: usize,
+    /// The components of the first points.
+    first: Vec<Vec<Component>>,
+    /// In the order in which the names first occur.
+    names: Vec<OfName>,
+}
+
+/// The components with a name.
+struct OfName {
+    name: Arc<str>,
+    sum: [f64; 3],
+    /// The number of points that have any, and the last of them.
+    points: usize,
+    last: usize,
+    example: Option<Component>,
+}
+
+impl Summary {
+    /// Adds the closures of the next points.
+    pub(super) fn add(&mut self, closures: &[Closures]) {
+        let known = self.0.len();
+        self.0.extend(closures.iter().skip(known).map(|of| OfOutput { output: of.output.clone(), ..OfOutput::default() }));
+        for (all, here) in self.0.iter_mut().zip(closures) {
+            for point in 0..here.len() {
+                all.add(here, point);
             }
-            continue;
         }
-        let names = names(&closures.points);
-        if names.is_empty() {
-            let _ = writeln!(out, "{}: null at every point", closures.output);
-        }
-        for name in names {
-            let all: Vec<&Component> = closures.points.iter().flatten().filter(|c| c.name == name).collect();
-            let count = closures.points.iter().filter(|list| list.iter().any(|c| c.name == name)).count();
-            let share = 100.0 * count as f64 / closures.points.len() as f64;
-            let sum = |channel: usize| all.iter().map(|c| f64::from(c.weight[channel])).sum::<f64>();
-            let [r, g, b] = [0, 1, 2].map(|channel| sum(channel) / closures.points.len() as f64);
-            let _ = writeln!(
-                out,
-                "{}: {name} at {share:.1} % of the points, mean weight ({r:.6}, {g:.6}, {b:.6})",
-                closures.output
-            );
-            if let Some(first) = all.first() {
-                let _ = writeln!(out, "    such as {}", show_closure(first));
+    }
+
+    /// Shows the closures of a picture with rows of `width` pixels, whose first pixel is `corner`. In a small
+    /// picture, those of each point; else, for each name, the number of points, the mean weight, and an
+    /// example.
+    pub(super) fn show(&self, width: usize, corner: (usize, usize), out: &mut dyn Write) {
+        for OfOutput { output, points, first, names } in &self.0 {
+            if *points <= EACH {
+                for (point, list) in first.iter().enumerate() {
+                    let text: Vec<String> = list.iter().map(show_closure).collect();
+                    let text = if text.is_empty() { "null".to_string() } else { text.join("\n    + ") };
+                    let (x, y) = (corner.0 + point % width.max(1), corner.1 + point / width.max(1));
+                    let _ = writeln!(out, "{output} at ({x}, {y}):\n      {text}");
+                }
+                continue;
+            }
+            if names.is_empty() {
+                let _ = writeln!(out, "{output}: null at every point");
+            }
+            for OfName { name, sum, points: some, example, .. } in names {
+                let share = 100.0 * *some as f64 / *points as f64;
+                let [r, g, b] = sum.map(|sum| sum / *points as f64);
+                let _ = writeln!(
+                    out,
+                    "{output}: {name} at {share:.1} % of the points, mean weight ({r:.6}, {g:.6}, {b:.6})"
+                );
+                if let Some(example) = example {
+                    let _ = writeln!(out, "    such as {}", show_closure(example));
+                }
             }
         }
     }
 }
 
-/// Adds the summed weights of each closure name as color planes `Ci.diffuse`.
-pub(super) fn layers(frame: &mut Frame) {
-    for closures in &frame.closures {
-        for name in names(&closures.points) {
-            for component in 0..3 {
-                let weight = |list: &Vec<Component>| {
-                    list.iter()
-                        .filter(|c| c.name == name)
-                        .fold(0.0, |sum, c| sum + c.weight[component])
-                        .to_bits()
-                };
-                frame.planes.push(Plane {
-                    output: format!("{}.{name}", closures.output).into(),
-                    ty: Type::COLOR,
-                    component,
-                    kind: Kind::Float,
-                    words: closures.points.iter().map(weight).collect(),
-                    wide: Vec::new(),
-                });
+impl OfOutput {
+    fn add(&mut self, closures: &Closures, point: usize) {
+        self.points += 1;
+        if self.first.len() < EACH {
+            self.first.push(closures.point(point));
+        }
+        for (name, weight) in closures.weights(point) {
+            let at = self.names.iter().position(|own| own.name == *name).unwrap_or_else(|| {
+                let example = closures.point(point).into_iter().find(|component| component.name == *name);
+                self.names.push(OfName { name: name.clone(), sum: [0.0; 3], points: 0, last: 0, example });
+                self.names.len() - 1
+            });
+            let Some(own) = self.names.get_mut(at) else { continue };
+            own.sum.iter_mut().zip(weight).for_each(|(sum, x)| *sum += f64::from(x));
+            if own.last != self.points {
+                (own.points, own.last) = (own.points + 1, self.points);
             }
         }
     }
-}
-
-/// The names of closures in the order in which they first occur.
-fn names(points: &[Vec<Component>]) -> Vec<Arc<str>> {
-    let mut names: Vec<Arc<str>> = Vec::new();
-    for component in points.iter().flatten() {
-        if !names.contains(&component.name) {
-            names.push(component.name.clone());
-        }
-    }
-    names
 }

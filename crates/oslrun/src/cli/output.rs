@@ -4,6 +4,7 @@
 use super::Failure;
 use super::args::RunArgs;
 use super::args::values::STDOUT;
+use super::closures;
 use super::ranges::{InOrder, Ranges};
 use super::rows::Rows;
 use super::software::{self, SOFTWARE};
@@ -142,18 +143,22 @@ pub(super) fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
 }
 
 /// What is counted of the values of an image.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(super) struct Tallied {
     /// The number of ints of each output that a float layer cannot hold exactly.
     rounded: BTreeMap<Arc<str>, u64>,
     /// The range of each plane, if somebody is told.
     pub(super) ranges: Ranges,
+    /// The closures, if somebody is told.
+    pub(super) closures: closures::Summary,
+    /// Whether a value is not 0.
+    pub(super) shows: bool,
 }
 
 /// What is wanted of a run besides its image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RunRequest {
-    /// The closures.
+    /// The text of the closures.
     pub(super) closures: bool,
     /// The range of each output.
     pub(super) ranges: bool,
@@ -167,6 +172,8 @@ impl Tallied {
         if wanted.ranges {
             self.ranges.add(planes);
         }
+        let shows = |plane: &Plane| plane.words.iter().any(|word| word & !(1 << 31) != 0);
+        self.shows = self.shows || planes.iter().any(shows);
         let exr = streams(args);
         for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
             // The maximum number of significant bits, and the maximum value.
@@ -256,12 +263,15 @@ pub(super) enum Broken {
 }
 
 /// The message for a frame without planes.
-pub(super) const EMPTY: &str = "the shader has no output that an image can hold (of closures, `--closures` writes the \
-    weights on a grid, and `oslrun render` makes a picture of a scene)";
+pub(super) const EMPTY: &str = "the shader has no output that an image can hold";
 
 /// The message for an image of closure weights, written because the shader has no other output.
 pub(super) const CLOSURES_ALONE: &str = "the shader yields closures alone: the layers are their weights, `--closures` also \
     shows their parameters, and `oslrun render` makes a picture of a scene";
+
+/// The message for such an image without any weights.
+pub(super) const CLOSURES_NULL: &str = "the shader yields closures alone, and they are null at every point: the layers \
+    are black";
 
 /// Whether all outputs of a body that could be shown are closures.
 pub(super) fn only_closures(body: &Body) -> bool {
@@ -301,24 +311,34 @@ pub(super) fn streams(args: &RunArgs) -> bool {
     args.output.as_deref().and_then(ImageFormat::of) == Some(ImageFormat::Exr)
 }
 
-/// The number of rows that are computed at a time.
-fn together(image: &dyn Rows, width: usize, planes: usize) -> usize {
+/// The number of rows that are computed at a time; the fewest if closures are kept with them.
+fn together(image: &dyn Rows, width: usize, planes: usize, closures: bool) -> usize {
+    if closures {
+        return ROWS_TOGETHER;
+    }
     let words = (width * planes * image.weight()).max(1);
     (PIECE_WORDS / words).next_multiple_of(ROWS_TOGETHER).max(ROWS_TOGETHER)
 }
 
-/// Computes a whole image.
-pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broken> {
+/// Computes a whole image. Its closures are only tallied.
+pub(super) fn whole(
+    image: &mut dyn Rows,
+    wanted: RunRequest,
+    args: &RunArgs,
+    tallied: &mut Tallied,
+) -> Result<Frame, Broken> {
     let ((width, height), limits) = (args.size(), args.read.limits.limits());
     let planes = image.planes().map_err(Broken::Run)?.len();
     image.fits(width * height).map_err(Broken::Run)?;
-    if image.is_plain() {
-        return image.rows(0..height).map_err(Broken::Run);
-    }
-    let step = together(image, width, planes);
+    let step = match image.is_plain() && !wanted.closures {
+        true => height.max(1),
+        false => together(image, width, planes, wanted.closures),
+    };
     let mut frame = Frame::default();
     for row in (0..height).step_by(step) {
-        frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Run)?, &limits.running);
+        let mut piece = image.rows(row..height.min(row + step)).map_err(Broken::Run)?;
+        tallied.closures.add(&std::mem::take(&mut piece.closures));
+        frame.add(piece, &limits.running);
         if row == 0 && step < height {
             frame.reserve(width * height);
         }
@@ -365,7 +385,7 @@ pub(super) fn stream(
     if planes.is_empty() {
         return Err(Broken::Empty);
     }
-    let rows = together(image, width, planes.len());
+    let rows = together(image, width, planes.len(), wanted.closures);
     let (mut frame, mut time, mut row) = (Frame::default(), Duration::ZERO, 0);
     let mut tallied = Tallied::default();
     let file = write_exr_rows(path, (width, height), &layers(&planes), exr_options(args), || {
@@ -377,8 +397,9 @@ pub(super) fn stream(
         row += rows;
         let piece = image.rows(here).map_err(Broken::Run)?;
         tallied.count(&piece.planes, wanted, args);
+        tallied.closures.add(&piece.closures);
         let Frame { planes, .. } = piece;
-        frame.add(Frame { planes: Vec::new(), ..piece }, &args.read.limits.limits().running);
+        frame.add(Frame { planes: Vec::new(), closures: Vec::new(), ..piece }, &args.read.limits.limits().running);
         let values: Vec<Words> = planes.into_iter().map(Plane::into_float_words).collect();
         time += started.elapsed();
         Ok(Some(values))

@@ -68,13 +68,6 @@ impl Ranges {
         self.0.iter_mut().zip(tiles.joined).for_each(|((.., all), here)| all.join(here));
     }
 
-    /// Adds planes after those that it has.
-    pub(super) fn append(&mut self, planes: &[Plane]) {
-        let mut more = Ranges::default();
-        more.add(planes);
-        self.0.extend(more.0);
-    }
-
     /// The outputs with their components.
     pub(super) fn outputs(&self) -> Vec<Output> {
         let mut outputs: Vec<Output> = Vec::new();

@@ -15,7 +15,7 @@ use super::shading::{self, Report};
 use super::streams::{First, Kept, Streams};
 use super::summary::{About, Stats};
 use super::within::InTime;
-use super::{Failure, closures, data, histogram, on, output, profile, session};
+use super::{Failure, data, histogram, on, output, profile, session};
 use osl::stages;
 use osl_exec::{Frame, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
@@ -160,14 +160,15 @@ pub(super) fn run(
     let compile_time = started.elapsed();
 
     // A material without other outputs writes its closures to the image.
-    let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
-    let closures = args.closures || alone || tapped;
+    let alone = !args.closures && output::only_closures(&compiled.body);
     let is_shown = args.output.is_none()
         && !args.stats
         && !args.histogram
         && args.profile.is_none()
         && about.is_none()
         && kept.is_none();
+    let is_told = args.output.is_none() && kept.is_none() && plan == Plan::Plain;
+    let closures = args.closures || is_told && (alone || tapped);
     let values = closures || args.histogram || kept.is_some();
     let wanted = RunRequest { closures, ranges: is_shown || about.is_some(), values };
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref(), guard };
@@ -179,33 +180,21 @@ pub(super) fn run(
         // One sample for each pixel is enough. If it fails, the whole grid says why.
         let plan = (Plan::Plain, RunRequest { closures, ranges: false, values: true }, started);
         if let Ok(shaded) = shade(programs, &services, &points, plan, &args, &sources) {
-            let mut frame = shaded.frame;
-            if closures {
-                closures::layers(&mut frame);
-            }
-            show(Kept { frame, times: [compile_time, shaded.run], ..Kept::default() });
+            show(Kept { frame: shaded.frame, times: [compile_time, shaded.run], ..Kept::default() });
         }
     }
     let shaded = shade(programs, &services, &points, (plan, wanted, started), args, &sources)?;
-    let Shaded { mut frame, run, write, file, mut tallied, said } = shaded;
+    let Shaded { frame, run, write, file, tallied, said } = shaded;
     if let Some(reads) = reads {
         reads.textures(&services.textures, []);
     }
     output::printed(&frame.printed, output::Appends::of(args), out)?;
     if closures {
-        if args.closures || (args.output.is_none() && kept.is_none()) {
-            let corner = args.part().map_or((0, 0), |part| part.first);
-            closures::show(&frame, args.size().0, corner, out);
-        }
-        let before = frame.planes.len();
-        closures::layers(&mut frame);
-        if is_shown {
-            let layers = frame.planes.get(before..).unwrap_or_default();
-            on_threads(args.threads, || tallied.ranges.append(layers))?;
-        }
+        tallied.closures.show(args.size().0, args.part().map_or((0, 0), |part| part.first), out);
     }
     if alone && args.output.is_some() {
-        let _ = writeln!(err, "note: {}", output::CLOSURES_ALONE);
+        let note = if tallied.shows { output::CLOSURES_ALONE } else { output::CLOSURES_NULL };
+        let _ = writeln!(err, "note: {note}");
     }
     let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
     let report = Report {
@@ -386,7 +375,7 @@ fn computed(image: &mut (dyn Rows + Send), wanted: RunRequest, args: &RunArgs) -
     let started = Instant::now();
     match &args.output {
         // A histogram needs all values.
-        Some(path) if !wanted.closures && !args.histogram && output::streams(args) => {
+        Some(path) if !args.histogram && output::streams(args) => {
             let (frame, run, file, tallied) = output::stream(image, path, wanted, args)?;
             let write = started.elapsed().saturating_sub(run);
             Ok(Shaded { frame, run, write, file: Some(file), tallied, said: None })
@@ -399,9 +388,9 @@ fn computed(image: &mut (dyn Rows + Send), wanted: RunRequest, args: &RunArgs) -
                 let (run, write) = (started.elapsed(), Duration::ZERO);
                 return Ok(Shaded { frame, run, write, file: None, tallied, said: None });
             }
-            let frame = output::whole(image, args)?;
-            let run = started.elapsed();
             let mut tallied = Tallied::default();
+            let frame = output::whole(image, wanted, args, &mut tallied)?;
+            let run = started.elapsed();
             // A page counts what it shows itself.
             if args.live.is_none() {
                 tallied.count(&frame.planes, wanted, args);

@@ -76,6 +76,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         batch: args.batch.map(|n| n as usize),
         isa: args.isa.unwrap_or_else(Isa::detect),
         closures: args.closures,
+        weights: true,
         profile: args.profile.is_some(),
         steps: args.steps,
         ..RunOptions::default()

@@ -1,0 +1,257 @@
+//! The closures of points after a run, in columns: the kinds, weights and parameters of their components.
+//!
+//! A component has a row in each column, and its parameters are words of the column of parameters, in the
+//! order of its kind. This module must not know how a shader makes closures, see `machine::closure`.
+
+use osl_ir::ir::{Const, Kind, Shape};
+use osl_ir::text::{self, Flavour, Value};
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+use std::sync::Arc;
+
+/// A component of a closure: a way to scatter or emit light, with its weight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Red, green and blue factors.
+    pub weight: [f32; 3],
+    /// Name of the closure.
+    pub name: Arc<str>,
+    /// Its parameters in order. Copies of a component share them.
+    pub params: Arc<[Param]>,
+}
+
+/// A parameter of a component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Param {
+    /// The name of a keyword argument.
+    pub key: Option<Arc<str>>,
+    /// One value, or the elements of an array.
+    pub values: SmallVec<[Const; 1]>,
+    /// The components, if it is a closure.
+    pub closure: Vec<Component>,
+}
+
+/// A kind of component that a program makes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ClosureKind {
+    /// Name of the closure.
+    pub(crate) name: Arc<str>,
+    /// The form of its parameters.
+    pub(crate) shapes: Vec<Shape>,
+}
+
+/// Components that follow each other: the first one, and their number.
+pub(crate) type List = (u32, u32);
+
+/// The components of the points of a tile.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Columns {
+    kinds: Arc<[ClosureKind]>,
+    /// The components of each point.
+    points: Vec<List>,
+    /// The index of the kind, the weight, and the first word of the parameters of each component.
+    rows: Vec<(u32, [f32; 3], u32)>,
+    /// The parameters: floats by their bits, strings by their index in `texts`, a list of components as two
+    /// words.
+    words: Vec<u32>,
+    texts: Vec<Arc<str>>,
+    numbers: FxHashMap<Arc<str>, u32>,
+    /// Bytes of all of it; a string counts wherever it is used, because which points share it depends on the
+    /// tiles.
+    bytes: u64,
+}
+
+impl Columns {
+    /// No points yet.
+    pub(crate) fn new(kinds: Arc<[ClosureKind]>) -> Columns {
+        Columns { kinds, ..Columns::default() }
+    }
+
+    /// Bytes of the columns.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Number of points.
+    pub(crate) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Adds the parameters of a component. Returns their first word.
+    pub(crate) fn params(&mut self, words: &[u32]) -> u32 {
+        let start = self.words.len();
+        self.words.extend_from_slice(words);
+        self.bytes += size_of_val(words) as u64;
+        u32::try_from(start).unwrap_or(u32::MAX)
+    }
+
+    /// The index of a string.
+    pub(crate) fn text(&mut self, text: Arc<str>) -> u32 {
+        self.bytes += text.len() as u64;
+        let next = self.texts.len() as u32;
+        *self.numbers.entry(text).or_insert_with_key(|text| {
+            self.texts.push(text.clone());
+            next
+        })
+    }
+
+    /// Adds components, after those of their parameters.
+    pub(crate) fn list(&mut self, rows: &[(u32, [f32; 3], u32)]) -> List {
+        let first = self.rows.len();
+        self.rows.extend_from_slice(rows);
+        self.bytes += size_of_val(rows) as u64;
+        (u32::try_from(first).unwrap_or(u32::MAX), rows.len() as u32)
+    }
+
+    /// Adds a point with these components.
+    pub(crate) fn point(&mut self, list: List) {
+        self.points.push(list);
+        self.bytes += size_of::<List>() as u64;
+    }
+
+    fn rows(&self, (first, len): List) -> &[(u32, [f32; 3], u32)] {
+        self.rows.get(first as usize..).and_then(|rows| rows.get(..len as usize)).unwrap_or_default()
+    }
+
+    /// Names and weights of the components of a point.
+    fn weights(&self, point: usize) -> impl Iterator<Item = (&Arc<str>, [f32; 3])> {
+        let list = self.points.get(point).copied().unwrap_or_default();
+        let of = |(kind, weight, _): &(u32, [f32; 3], u32)| Some((&self.kinds.get(*kind as usize)?.name, *weight));
+        self.rows(list).iter().filter_map(of)
+    }
+
+    /// The components of a list.
+    pub(crate) fn components(&self, list: List) -> Vec<Component> {
+        let of = |(kind, weight, start): &(u32, [f32; 3], u32)| {
+            let ClosureKind { name, shapes } = self.kinds.get(*kind as usize)?;
+            let mut words = self.words.get(*start as usize..)?.iter().copied();
+            let params: Option<Arc<[Param]>> =
+                shapes.iter().map(|shape| self.param(shape, &mut words)).collect();
+            Some(Component { weight: *weight, name: name.clone(), params: params? })
+        };
+        self.rows(list).iter().filter_map(of).collect()
+    }
+
+    fn param(&self, shape: &Shape, words: &mut impl Iterator<Item = u32>) -> Option<Param> {
+        let mut param = Param { key: shape.key.clone(), values: SmallVec::new(), closure: Vec::new() };
+        for _ in 0..shape.count {
+            match shape.kind {
+                Kind::Closure => param.closure.extend(self.components((words.next()?, words.next()?))),
+                kind => param.values.push(self.value(kind, words)?),
+            }
+        }
+        Some(param)
+    }
+
+    fn value(&self, kind: Kind, words: &mut impl Iterator<Item = u32>) -> Option<Const> {
+        let mut float = || words.next().map(f32::from_bits);
+        Some(match kind {
+            Kind::Int => Const::Int(words.next()? as i32),
+            Kind::Float => Const::Float(float()?),
+            Kind::Triple => Const::Triple([float()?, float()?, float()?]),
+            Kind::Matrix => {
+                let mut matrix = [0.0; 16];
+                for to in &mut matrix {
+                    *to = float()?;
+                }
+                Const::Matrix(Box::new(matrix))
+            }
+            Kind::Str => Const::Str(self.texts.get(words.next()? as usize)?.clone()),
+            Kind::Closure => Const::Null,
+        })
+    }
+}
+
+/// A closure output over all points.
+#[derive(Clone, Debug, Default)]
+pub struct Closures {
+    /// Name of the output, `a[2]` for an element of an array.
+    pub output: Arc<str>,
+    tiles: Vec<Columns>,
+    /// For each point, in order: its tile, and its number there.
+    places: Vec<(u32, u32)>,
+}
+
+impl Closures {
+    /// The points of some tiles. `position` is the place of a point in the results, by its number over all
+    /// tiles.
+    pub(crate) fn new(output: Arc<str>, tiles: Vec<Columns>, position: impl Fn(usize) -> usize) -> Closures {
+        let mut places = vec![(0, 0); tiles.iter().map(Columns::len).sum()];
+        let all = tiles.iter().enumerate().flat_map(|(tile, columns)| (0..columns.len()).map(move |at| (tile, at)));
+        for (number, (tile, at)) in all.enumerate() {
+            if let Some(place) = places.get_mut(position(number)) {
+                *place = (tile as u32, at as u32);
+            }
+        }
+        Closures { output, tiles, places }
+    }
+
+    /// Appends the points of the next piece of a run.
+    pub(crate) fn append(&mut self, next: Closures) {
+        let before = self.tiles.len() as u32;
+        self.places.extend(next.places.into_iter().map(|(tile, at)| (before + tile, at)));
+        self.tiles.extend(next.tiles);
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there are no points.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    fn place(&self, point: usize) -> Option<(&Columns, usize)> {
+        let (tile, at) = self.places.get(point)?;
+        Some((self.tiles.get(*tile as usize)?, *at as usize))
+    }
+
+    /// The components of a point.
+    pub fn point(&self, point: usize) -> Vec<Component> {
+        let found = self.place(point);
+        found.map_or_else(Vec::new, |(columns, at)| {
+            columns.components(columns.points.get(at).copied().unwrap_or_default())
+        })
+    }
+
+    /// Names and weights of the components of a point.
+    pub fn weights(&self, point: usize) -> impl Iterator<Item = (&Arc<str>, [f32; 3])> {
+        self.place(point).into_iter().flat_map(|(columns, at)| columns.weights(at))
+    }
+}
+
+/// `(r, g, b) * name (parameters)`.
+pub fn show(component: &Component) -> String {
+    let [r, g, b] = component.weight.map(number);
+    let mut parts: Vec<String> = Vec::new();
+    for param in component.params.iter() {
+        parts.extend(param.key.iter().map(|key| format!("\"{key}\"")));
+        let values: Vec<String> = param.values.iter().map(constant).collect();
+        match &values[..] {
+            [] | [_] => parts.extend(values),
+            several => parts.push(format!("[{}]", several.join(", "))),
+        }
+        if !param.closure.is_empty() {
+            parts.push(param.closure.iter().map(show).collect::<Vec<_>>().join(" + "));
+        }
+    }
+    format!("({r}, {g}, {b}) * {} ({})", component.name, parts.join(", "))
+}
+
+fn number(x: f32) -> String {
+    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print, 64)
+}
+
+fn constant(value: &Const) -> String {
+    let list = |all: &[f32]| format!("({})", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "));
+    match value {
+        Const::Int(n) => n.to_string(),
+        Const::Float(x) => number(*x),
+        Const::Triple(t) => list(t),
+        Const::Matrix(m) => list(&m[..]),
+        Const::Str(s) => format!("\"{s}\""),
+        Const::Null => String::new(),
+    }
+}
