@@ -116,7 +116,8 @@ impl Columns {
     /// Names and weights of the components of a point.
     fn weights(&self, point: usize) -> impl Iterator<Item = (&Arc<str>, [f32; 3])> {
         let list = self.points.get(point).copied().unwrap_or_default();
-        let of = |(kind, weight, _): &(u32, [f32; 3], u32)| Some((&self.kinds.get(*kind as usize)?.name, *weight));
+        let of =
+            |(kind, weight, _): &(u32, [f32; 3], u32)| Some((&self.kinds.get(*kind as usize)?.name, *weight));
         self.rows(list).iter().filter_map(of)
     }
 
@@ -177,7 +178,8 @@ impl Closures {
     /// tiles.
     pub(crate) fn new(output: Arc<str>, tiles: Vec<Columns>, position: impl Fn(usize) -> usize) -> Closures {
         let mut places = vec![(0, 0); tiles.iter().map(Columns::len).sum()];
-        let all = tiles.iter().enumerate().flat_map(|(tile, columns)| (0..columns.len()).map(move |at| (tile, at)));
+        let all =
+            tiles.iter().enumerate().flat_map(|(tile, columns)| (0..columns.len()).map(move |at| (tile, at)));
         for (number, (tile, at)) in all.enumerate() {
             if let Some(place) = places.get_mut(position(number)) {
                 *place = (tile as u32, at as u32);
@@ -253,5 +255,87 @@ fn constant(value: &Const) -> String {
         Const::Matrix(m) => list(&m[..]),
         Const::Str(s) => format!("\"{s}\""),
         Const::Null => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shape(kind: Kind, count: u32) -> Shape {
+        Shape { kind, count, key: None }
+    }
+
+    fn kinds() -> Arc<[ClosureKind]> {
+        let plain =
+            [shape(Kind::Str, 2), shape(Kind::Triple, 1), shape(Kind::Matrix, 1), shape(Kind::Int, 1)];
+        let layer = [shape(Kind::Closure, 1), shape(Kind::Closure, 1)];
+        [("plain", plain.to_vec()), ("layer", layer.to_vec()), ("bare", Vec::new())]
+            .into_iter()
+            .map(|(name, shapes)| ClosureKind { name: name.into(), shapes })
+            .collect()
+    }
+
+    #[test]
+    fn components_come_back_with_their_parameters() {
+        let mut columns = Columns::new(kinds());
+        let texts = ["a", "b", "a"].map(|text| columns.text(text.into()));
+        assert_eq!(texts, [0, 1, 0]);
+        let mut words = vec![texts[0], texts[1]];
+        words.extend((0..19).map(|at| (at as f32).to_bits()));
+        words.push(7);
+        let plain = columns.params(&words);
+        let inner = columns.list(&[(0, [0.5; 3], plain), (2, [1.0, 2.0, 3.0], 0)]);
+        let layer = columns.params(&[inner.0, inner.1, 0, 0]);
+        let whole = columns.list(&[(1, [2.0; 3], layer), (2, [0.25; 3], 0)]);
+        columns.point(whole);
+        columns.point((0, 0));
+        let closures = Closures::new("Ci".into(), vec![columns], |number| number);
+        assert_eq!(closures.len(), 2);
+        let found = closures.point(0);
+        let names: Vec<_> = closures.weights(0).map(|(name, weight)| (name.to_string(), weight)).collect();
+        assert_eq!(names, [("layer".to_string(), [2.0; 3]), ("bare".to_string(), [0.25; 3])]);
+        let text: Vec<String> = found.iter().map(show).collect();
+        let matrix: Vec<String> = (3..19).map(|at| at.to_string()).collect();
+        let plain =
+            format!("(0.5, 0.5, 0.5) * plain ([\"a\", \"b\"], (0, 1, 2), ({}), 7)", matrix.join(", "));
+        assert_eq!(
+            text,
+            [
+                format!("(2, 2, 2) * layer ({plain} + (1, 2, 3) * bare ())"),
+                "(0.25, 0.25, 0.25) * bare ()".into()
+            ]
+        );
+        assert!(closures.point(1).is_empty() && closures.point(2).is_empty());
+    }
+
+    #[test]
+    fn points_are_in_the_order_of_the_results() {
+        let tile = |weights: &[f32]| {
+            let mut columns = Columns::new(kinds());
+            for weight in weights {
+                let list = columns.list(&[(2, [*weight; 3], 0)]);
+                columns.point(list);
+            }
+            columns
+        };
+        // The second tile comes first.
+        let position = |number: usize| (number + 2) % 5;
+        let mut all = Closures::new("Ci".into(), vec![tile(&[2.0, 3.0, 4.0]), tile(&[0.0, 1.0])], position);
+        all.append(Closures::new("Ci".into(), vec![tile(&[5.0])], |number| number));
+        let weights: Vec<f32> = (0..all.len()).flat_map(|at| all.weights(at).map(|(_, w)| w[0])).collect();
+        assert_eq!(weights, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    }
+
+    #[test]
+    fn wrong_words_are_no_components() {
+        let mut columns = Columns::new(kinds());
+        for row in [(9, [1.0; 3], 0), (0, [1.0; 3], 0), (0, [1.0; 3], u32::MAX)] {
+            let list = columns.list(&[row]);
+            columns.point(list);
+        }
+        columns.point((3, 9));
+        let closures = Closures::new("Ci".into(), vec![columns], |number| number);
+        assert!((0..4).all(|at| closures.point(at).is_empty()));
     }
 }

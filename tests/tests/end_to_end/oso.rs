@@ -129,7 +129,8 @@ fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> 
     said.sort();
     all.push(("messages".to_string(), format!("{said:#?}")));
     let of_output = |closures: &osl_exec::Closures| {
-        let points = closures.points.iter().map(|list| list.iter().map(as_compiled).collect::<Vec<_>>());
+        let point = |at: usize| closures.point(at).iter().map(as_compiled).collect::<Vec<_>>();
+        let points = (0..closures.len()).map(point);
         format!("{}: {:?}", closures.output, points.collect::<Vec<_>>())
     };
     all.push(("closures".to_string(), frame.closures.iter().map(of_output).collect()));

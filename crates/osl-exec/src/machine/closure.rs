@@ -87,7 +87,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         self.closures.each(closure, |kind, weight, start| rows.push((kind, weight, start)));
         let mut words: SmallVec<[u32; 32]> = SmallVec::new();
         for (kind, _, start) in &mut rows {
-            let Some(ClosureKind { shapes, .. }) = self.program.closures.get(*kind as usize) else { continue };
+            let Some(ClosureKind { shapes, .. }) = self.program.closures.get(*kind as usize) else {
+                continue;
+            };
             let mut own = self.closures.words.get(*start as usize..).unwrap_or_default();
             words.clear();
             for shape in shapes {
@@ -96,9 +98,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 own = rest;
                 match shape.kind {
                     Kind::Str => words.extend(here.iter().map(|number| to.text(self.text(*number)))),
-                    Kind::Closure => {
-                        words.extend(here.iter().flat_map(|number| <[u32; 2]>::from(self.write_out(*number, to))))
-                    }
+                    Kind::Closure => words
+                        .extend(here.iter().flat_map(|number| <[u32; 2]>::from(self.write_out(*number, to)))),
                     _ => words.extend_from_slice(here),
                 }
             }
@@ -165,7 +166,10 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 }
             }
             let start = self.closures.words.len();
-            let Ok(first) = u32::try_from(start) else { return };
+            let Ok(first) = u32::try_from(start) else {
+                self.work.keep(u64::MAX);
+                return;
+            };
             let kinds = shapes.iter().flat_map(|shape| std::iter::repeat_n(shape.kind, shape.count as usize));
             step.args.iter().zip(kinds).for_each(|(arg, kind)| self.push_words(*arg, kind, lane));
             let own = (self.closures.words.len() - start) as u64 * size_of::<u32>() as u64;
@@ -173,7 +177,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             self.work.pay(component / BYTES_A_STEP);
             // What is nested is charged again at each level, which bounds the levels.
             let form = Form::Component(kind as u32, first);
-            let number = self.new_node(form, own.saturating_add(nested), component.saturating_add(NODE_BYTES));
+            let number =
+                self.new_node(form, own.saturating_add(nested), component.saturating_add(NODE_BYTES));
             self.set_bits(*out, lane, number);
             if !self.work.close() {
                 return;

@@ -151,7 +151,7 @@ pub(super) struct Tallied {
     pub(super) ranges: Ranges,
     /// The closures, if somebody is told.
     pub(super) closures: closures::Summary,
-    /// Whether a value is not 0.
+    /// Whether a value is not 0, except ints.
     pub(super) shows: bool,
 }
 
@@ -172,8 +172,8 @@ impl Tallied {
         if wanted.ranges {
             self.ranges.add(planes);
         }
-        let shows = |plane: &Plane| plane.words.iter().any(|word| word & !(1 << 31) != 0);
-        self.shows = self.shows || planes.iter().any(shows);
+        let mut numbers = planes.iter().filter(|plane| plane.kind != Kind::Int);
+        self.shows = self.shows || numbers.any(|plane| plane.words.iter().any(|word| word << 1 != 0));
         let exr = streams(args);
         for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
             // The maximum number of significant bits, and the maximum value.
@@ -399,7 +399,10 @@ pub(super) fn stream(
         tallied.count(&piece.planes, wanted, args);
         tallied.closures.add(&piece.closures);
         let Frame { planes, .. } = piece;
-        frame.add(Frame { planes: Vec::new(), closures: Vec::new(), ..piece }, &args.read.limits.limits().running);
+        frame.add(
+            Frame { planes: Vec::new(), closures: Vec::new(), ..piece },
+            &args.read.limits.limits().running,
+        );
         let values: Vec<Words> = planes.into_iter().map(Plane::into_float_words).collect();
         time += started.elapsed();
         Ok(Some(values))

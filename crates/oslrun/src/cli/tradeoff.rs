@@ -7,7 +7,7 @@ use super::prefilter::DecisionInput;
 use super::session::{busy, grid, on_threads, options, services, stopped};
 use super::shading::Report;
 use super::summary::SAME_IN_FAST;
-use super::{Failure, data, data_url};
+use super::{Failure, data, data_url, output};
 use clap::Args;
 use osl::stages::{self, Compiled};
 use osl_exec::{Frame, PointSource, RunError, RunOptions, Services};
@@ -54,7 +54,10 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         return Err(Failure::new(text));
     }
     let request = Request::of(run);
-    let LoadedShader { sources, body, name, folder, texts, .. } = load::load(&request, err)?;
+    let loaded = load::load(&request, err)?;
+    let outputs = loaded.outputs(run);
+    let LoadedShader { sources, mut body, name, folder, texts, .. } = loaded;
+    output::drop_closures(&mut body, outputs.as_deref());
     let points = WithData { data: data::read(run)?, points: grid(run) };
     let services = services(run, folder, super::session::grid_spaces(run));
     let bench = Bench { services: &services, surface: &points, options: options(run) };
@@ -66,7 +69,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     bar.finish_and_clear();
     let (trade, programs) = measured.map_err(|stop| stopped(&stop, &sources))?;
     if trade.outputs.is_empty() {
-        return Err(Failure::new(super::output::EMPTY));
+        return Err(Failure::new(output::EMPTY));
     }
     if let Some(path) = &args.html {
         let page = tradeoff::html(&trade, &|width, height, planes| {

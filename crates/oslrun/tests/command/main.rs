@@ -20,6 +20,7 @@ mod bad_input;
 mod book;
 mod bounds;
 mod check;
+mod closure_layers;
 mod closures;
 mod closures_testshade;
 mod compare;
