@@ -89,7 +89,7 @@ fn said(frame: &Frame) -> BTreeSet<String> {
         }
         text
     };
-    frame.messages.iter().map(plain).collect()
+    crate::laws::told(frame).map(plain).collect()
 }
 
 fn compare(expected: &Seen, got: &Seen) -> Option<String> {

@@ -147,15 +147,16 @@ fn show(frame: &Frame) -> Shown {
         let _ = writeln!(values, "{} {}: {:08x?}", plane.output, plane.component, plane.words);
     }
     for closures in &frame.closures {
-        let _ = writeln!(values, "{}: {:?}", closures.output, closures.points);
+        let points: Vec<_> = (0..closures.len()).map(|at| closures.point(at)).collect();
+        let _ = writeln!(values, "{}: {points:?}", closures.output);
     }
     for printed in &frame.printed {
         let _ = writeln!(values, "{}", unsigned(&format!("{printed:?}")));
     }
     let mut messages: Vec<String> = Vec::new();
-    for said in &frame.messages {
-        let osl_exec::Message { error, text, places, .. } = &said.message;
-        let message = unsigned(&format!("{error} {text} {places:?}"));
+    for said in told(frame) {
+        let osl_exec::Message { severity, text, places, .. } = &said.message;
+        let message = unsigned(&format!("{severity:?} {text} {places:?}"));
         if !messages.contains(&message) {
             messages.push(message);
         }
@@ -163,11 +164,16 @@ fn show(frame: &Frame) -> Shown {
     Shown { values, messages, counted: counted(frame) }
 }
 
+/// The messages without notes, which tell of queries that a pass may remove.
+pub(crate) fn told(frame: &Frame) -> impl Iterator<Item = &osl_exec::Said> {
+    frame.messages.iter().filter(|said| said.message.severity != osl_exec::Severity::Note)
+}
+
 /// The messages with the numbers of points that report them and the first of these. Points whose messages
 /// differ by the sign of a NaN count together.
 fn counted(frame: &osl_exec::Frame) -> Vec<String> {
     let mut all: Vec<(String, Option<u64>, usize)> = Vec::new();
-    for said in &frame.messages {
+    for said in told(frame) {
         let message = unsigned(&format!("{:?}", said.message));
         match all.iter_mut().find(|(have, ..)| *have == message) {
             Some((_, points, first)) => {

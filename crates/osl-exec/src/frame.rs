@@ -6,7 +6,7 @@ mod spare;
 mod words;
 
 use crate::closures::Closures;
-use crate::message::{Event, Printed, Said, unite};
+use crate::message::{Event, Printed, Said, Severity, unite};
 use crate::profile::ProfileEntry;
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
@@ -117,10 +117,11 @@ impl Frame {
         }
     }
 
-    /// The messages as text, each once, with a flag for errors; `place` names a source location.
+    /// The errors and warnings as text, each once, with a flag for errors; `place` names a source location.
     pub fn said(&self, place: impl Fn(osl_ir::Span) -> String) -> Vec<(bool, String)> {
         let mut seen = rustc_hash::FxHashSet::default();
-        let all = self.messages.iter().map(|m| (m.message.error, m.message.show(&place)));
+        let all = self.messages.iter().map(|said| &said.message).filter(|m| m.severity != Severity::Note);
+        let all = all.map(|message| (message.severity == Severity::Error, message.show(&place)));
         all.filter(|said| seen.insert(said.clone())).collect()
     }
 }

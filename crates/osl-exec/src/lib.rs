@@ -34,7 +34,7 @@ pub use closures::{Closures, Component, Param, show as show_closure};
 pub use error::RunError;
 pub use frame::{Frame, Plane, Words};
 pub use machine::noise_kind;
-pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
+pub use message::{Event, Keeping, Message, Printed, Said, Severity, StandFor, unite};
 pub use native::Native;
 pub use options::RunOptions;
 pub use order::Blocks;

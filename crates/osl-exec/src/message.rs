@@ -10,11 +10,22 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// An error or warning of the shader, or about something that it requested.
+/// How serious a message is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Severity {
+    /// An error.
+    Error,
+    /// A warning.
+    Warning,
+    /// A fact about the run that is no fault of the shader. Where every occurrence is kept, notes are not.
+    Note,
+}
+
+/// An error or warning of the shader, or a message about something that it requested.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Message {
-    /// Whether it is an error rather than a warning.
-    pub error: bool,
+    /// How serious it is.
+    pub severity: Severity,
     /// The text, on one line except for the shader's own text; `{0}`, `{1}` stand for locations.
     pub text: Arc<str>,
     /// Source locations to which the text refers.
@@ -28,7 +39,7 @@ pub struct Message {
 impl Message {
     /// An error.
     pub fn error(text: impl Into<Arc<str>>) -> Message {
-        Message { error: true, text: text.into(), places: Vec::new(), at: None, file: None }
+        Message { severity: Severity::Error, text: text.into(), places: Vec::new(), at: None, file: None }
     }
 
     /// An error that refers to locations.
@@ -38,7 +49,12 @@ impl Message {
 
     /// A warning.
     pub fn warning(text: impl Into<Arc<str>>) -> Message {
-        Message { error: false, ..Message::error(text) }
+        Message { severity: Severity::Warning, ..Message::error(text) }
+    }
+
+    /// A note.
+    pub fn note(text: impl Into<Arc<str>>) -> Message {
+        Message { severity: Severity::Note, ..Message::error(text) }
     }
 
     /// The same message about a file that could not be used.
@@ -273,7 +289,7 @@ impl Messages {
         let said = self.said;
         self.said += 1;
         if self.keeping.each {
-            for point in points {
+            for point in points.into_iter().filter(|_| message.severity != Severity::Note) {
                 self.note((self.position(point), said), &message);
             }
         } else {

@@ -416,7 +416,8 @@ impl Slots {
         let mut weights = Vec::new();
         for (output, plan) in program.outputs.iter().enumerate() {
             for element in 0..plan.ty_len(program) {
-                let each = |count: usize| (0..count).map(move |component| Slot { output, element, component });
+                let each =
+                    |count: usize| (0..count).map(move |component| Slot { output, element, component });
                 match plan.kind {
                     // Strings have no plane.
                     Kind::Str => {}

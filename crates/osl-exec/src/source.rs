@@ -2,7 +2,7 @@
 
 use crate::order::Blocks;
 use osl_ir::global::Global;
-use osl_ir::ir::{Axis, Const};
+use osl_ir::ir::{Axis, Const, Kind};
 use osl_ir::types::Type;
 
 /// A named datum of a point.
@@ -14,17 +14,47 @@ pub struct Datum {
     pub array: bool,
     /// The change of a single float to the next pixel along x and along y.
     pub derivs: [f32; 2],
+    /// What its name stands for if the shader requests a value of another type.
+    pub other: Option<Box<Datum>>,
 }
 
 impl Datum {
     /// A constant value.
     pub fn one(value: Const) -> Datum {
-        Datum { values: vec![value], array: false, derivs: [0.0; 2] }
+        Datum { values: vec![value], array: false, derivs: [0.0; 2], other: None }
     }
 
     /// An array.
     pub fn array(values: Vec<Const>) -> Datum {
-        Datum { values, array: true, derivs: [0.0; 2] }
+        Datum { values, array: true, derivs: [0.0; 2], other: None }
+    }
+
+    /// The same, with a datum for requests that its own types do not suit.
+    #[must_use]
+    pub fn or(mut self, other: Datum) -> Datum {
+        let mut last = &mut self.other;
+        while let Some(datum) = last {
+            last = &mut datum.other;
+        }
+        *last = Some(Box::new(other));
+        self
+    }
+
+    /// The first datum with exactly this type: `count` values of an array, or a single value if it is 0.
+    pub fn of_type(&self, kind: Kind, count: usize) -> Option<&Datum> {
+        let fits = |datum: &&Datum| {
+            datum.array == (count > 0)
+                && datum.values.len() == count.max(1)
+                && datum.values.iter().all(|value| value.kind() == kind)
+        };
+        std::iter::successors(Some(self), |datum| datum.other.as_deref()).find(fits)
+    }
+
+    /// One element of its arrays.
+    pub fn element(&self, at: usize) -> Option<Datum> {
+        let all = std::iter::successors(Some(self), |datum| datum.other.as_deref());
+        let elements = all.filter(|datum| datum.array).filter_map(|datum| datum.values.get(at).cloned());
+        elements.map(Datum::one).reduce(Datum::or)
     }
 }
 

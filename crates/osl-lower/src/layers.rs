@@ -18,7 +18,9 @@ use osl_hir::builtins::{Asks, carry_messages};
 use osl_hir::hir::{self, Global, Param, VarId};
 use osl_hir::oso::errors::OPERATION;
 use osl_ir::ir::validate;
-use osl_ir::ir::{BlockId, Body, Builder, Const, Kernel, Kind, LaneOp, Output, SlotId, Source, ValueId};
+use osl_ir::ir::{
+    BlockId, Body, Builder, Const, Kernel, Kind, LaneOp, Output, SlotId, Source, USER_DATA, ValueId, Values,
+};
 use osl_ir::types::{Base, Extent, Type};
 use osl_syntax::ast::ShaderKind;
 use osl_syntax::diagnostic::Diagnostic;
@@ -268,19 +270,24 @@ impl<'a> Lowerer<'a> {
             }
         };
         let slot = match storage {
-            Storage::Leaf(slot) if self.takes_user_data(param) && !ty.is_array() => *slot,
+            Storage::Leaf(slot) if self.takes_user_data(param) => *slot,
             _ => return own(self),
         };
+        let len = self.b.body.slot(slot).len;
         let kind = kind_of(ty.base);
-        if kind == Kind::Closure {
-            return own(self);
-        }
-        if param.init.is_constant() || values.get(name).is_some() {
+        // The number of values of an array, or 0.
+        let count = match len {
+            None => Some(0),
+            Some(len) => u8::try_from(len).ok().filter(|len| *len > 0),
+        };
+        let Some(count) = count.filter(|_| kind != Kind::Closure) else { return own(self) };
+        let (found, data) = self.user_data(name, kind, count);
+        let [value, ..] = data[..] else { return own(self) };
+        if len.is_none() && (param.init.is_constant() || values.get(name).is_some()) {
             // The note tells the value that is chosen.
             let notes = std::mem::take(&mut self.b.notes);
             own(self);
             self.b.notes = notes;
-            let (found, value) = self.user_data(name, kind);
             let own = self.b.load(slot);
             let value = self.b.choose(found, value, own);
             self.b.store(slot, value);
@@ -288,10 +295,15 @@ impl<'a> Lowerer<'a> {
         } else {
             // The default is computed only where the point has no value.
             self.store_zero(storage);
-            let (found, value) = self.user_data(name, kind);
             let given = |l: &mut Self| {
-                l.b.store(slot, value);
-                l.note_set(slot, None, value);
+                for (index, value) in data.iter().enumerate() {
+                    let at = len.map(|_| l.b.int(index as i32));
+                    match at {
+                        Some(at) => l.b.store_element(slot, at, *value),
+                        None => l.b.store(slot, *value),
+                    }
+                    l.note_set(slot, at, *value);
+                }
             };
             self.if_else(found, given, own);
         }
@@ -303,16 +315,15 @@ impl<'a> Lowerer<'a> {
         self.rules.interpolates(param) || self.layer.values.is_interpolated(name)
     }
 
-    /// Whether the point has a value with a name and kind, and the value.
-    fn user_data(&mut self, name: &str, kind: Kind) -> (ValueId, ValueId) {
-        let (object, whole) = (self.b.constant(Const::Str("".into())), self.b.int(-1));
+    /// Whether the point has data with a name and kind, and their values: one, or as many as the array has.
+    fn user_data(&mut self, name: &str, kind: Kind, count: u8) -> (ValueId, Values) {
+        let (object, whole) = (self.b.constant(Const::Str("".into())), self.b.int(USER_DATA));
         let name = self.b.constant(Const::Str(name.into()));
-        let kernel = Kernel::Attribute { kind, count: 0, has_derivs: false };
-        let found = self.b.kernel_of(kernel, &[object, name, whole], &[kind, Kind::Int]);
-        match found[..] {
-            [value, found] => (found, value),
-            _ => (whole, whole),
-        }
+        let kernel = Kernel::Attribute { kind, count, has_derivs: false };
+        let mut kinds = vec![kind; usize::from(count).max(1)];
+        kinds.push(Kind::Int);
+        let mut values = self.b.kernel_of(kernel, &[object, name, whole], &kinds);
+        (values.pop().unwrap_or(whole), values)
     }
 
     /// Copies the connected value to a parameter.

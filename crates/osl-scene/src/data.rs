@@ -13,7 +13,7 @@ pub struct Data {
     pub globals: BTreeMap<Global, [f32; 3]>,
     /// User data of the surface: the values of interpolated parameters, and attributes of no object.
     pub user: BTreeMap<String, Datum>,
-    /// Attributes of no object; user data with the same name come first.
+    /// Attributes of no object; user data with the same name come first if they have the requested type.
     pub attributes: BTreeMap<String, Datum>,
     /// Attributes of objects, by object and name.
     pub objects: BTreeMap<String, BTreeMap<String, Datum>>,
@@ -22,16 +22,15 @@ pub struct Data {
 impl Data {
     /// A datum, or one element of an array.
     pub fn find(&self, object: &str, name: &str, element: Option<usize>) -> Option<Datum> {
-        let datum = if object.is_empty() {
-            self.user.get(name).or_else(|| self.attributes.get(name))
-        } else {
-            self.objects.get(object)?.get(name)
-        }?;
-        match element {
+        let (first, second) = match object {
+            "" => (self.user.get(name), self.attributes.get(name)),
+            _ => (self.objects.get(object)?.get(name), None),
+        };
+        let found = |datum: &Datum| match element {
             None => Some(datum.clone()),
-            Some(at) if datum.array => datum.values.get(at).cloned().map(Datum::one),
-            Some(_) => None,
-        }
+            Some(at) => datum.element(at),
+        };
+        [first, second].into_iter().flatten().filter_map(found).reduce(Datum::or)
     }
 }
 
@@ -96,7 +95,7 @@ impl<S: PointSource> PointSource for WithData<S> {
 mod tests {
     use super::*;
     use crate::Grid;
-    use osl_ir::ir::Const;
+    use osl_ir::ir::{Const, Kind};
 
     #[test]
     fn user_data_go_before_attributes_and_objects_have_their_own() {
@@ -106,12 +105,23 @@ mod tests {
         data.attributes.insert("a".into(), float(2.0));
         data.attributes.insert("list".into(), Datum::array(vec![Const::Int(4), Const::Int(5)]));
         data.objects.entry("box".into()).or_default().insert("a".into(), float(3.0));
-        assert_eq!(data.find("", "a", None), Some(float(1.0)));
+        assert_eq!(data.find("", "a", None), Some(float(1.0).or(float(2.0))));
         assert_eq!(data.find("box", "a", None), Some(float(3.0)));
         assert_eq!(data.find("sphere", "a", None), None);
         assert_eq!(data.find("", "list", Some(1)), Some(Datum::one(Const::Int(5))));
         assert_eq!(data.find("", "list", Some(2)), None);
         assert_eq!(data.find("", "a", Some(0)), None, "not an array");
+
+        data.user
+            .insert("id".into(), Datum::one(Const::Str("x".into())).or(Datum::array(vec![Const::Int(8)])));
+        data.attributes.insert("id".into(), Datum::one(Const::Int(7)));
+        let of = |kind, count| {
+            data.find("", "id", None).and_then(|found| Some(found.of_type(kind, count)?.values.clone()))
+        };
+        assert_eq!(of(Kind::Int, 0), Some(vec![Const::Int(7)]), "user data of another type hide nothing");
+        assert_eq!(of(Kind::Int, 1), Some(vec![Const::Int(8)]));
+        assert_eq!(of(Kind::Float, 0), None);
+        assert_eq!(data.find("", "id", Some(0)), Some(Datum::one(Const::Int(8))));
     }
 
     #[test]

@@ -5,10 +5,19 @@ use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
 use crate::step::{KernelStep, Location, Operand};
-use osl_ir::ir::{Const, Kind};
+use osl_ir::ir::{Const, Kind, USER_DATA};
 use osl_ir::types::{Base, Extent, Type};
 use osl_lanes::{Arg, Word};
 use std::sync::Arc;
+
+/// An attribute that a point wants.
+struct Asked {
+    object: Arc<str>,
+    name: Arc<str>,
+    element: Option<usize>,
+    /// Whether it is for a parameter, which has a value of its own.
+    is_parameter: bool,
+}
 
 impl<A: ArithmeticImpl> Machine<'_, A> {
     pub(super) fn attribute(&mut self, kind: Kind, count: u8, step: &KernelStep, mask: &Mask) {
@@ -16,25 +25,25 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let (outs, rest) = step.outs.split_at(values.min(step.outs.len()));
         let Some((found, derivs)) = rest.split_first() else { return };
         let is_single = step.args.iter().all(|arg| matches!(self.arg(*arg), Arg::Same(_)));
-        let mut asked = None;
+        let (mut asked, mut missing) = (None, Vec::new());
         for lane in self.active(mask) {
             if !is_single || asked.is_none() {
+                self.note_missing(asked.as_ref(), &mut missing);
                 asked = self.asked(step, lane);
             }
-            let Some((object, name, element)) = &asked else { return };
-            let datum = self.source.attribute(object, name, *element, self.first + lane);
-            let datum = datum.filter(|d| {
-                d.array == (count > 0)
-                    && d.values.len() == values
-                    && d.values.iter().all(|v| v.kind() == kind)
-            });
+            let Some(Asked { object, name, element, .. }) = &asked else { return };
+            let answer = self.source.attribute(object, name, *element, self.first + lane);
+            let datum = answer.as_ref().and_then(|datum| datum.of_type(kind, count.into()));
+            if datum.is_none() {
+                missing.push((lane, answer.is_some()));
+            }
             self.set_bits(*found, lane, datum.is_some().into());
             for (index, out) in outs.iter().enumerate() {
-                let value = datum.as_ref().and_then(|d| d.values.get(index).cloned());
+                let value = datum.and_then(|d| d.values.get(index).cloned());
                 self.set_value(*out, lane, &value.unwrap_or_else(|| Const::zero(kind)));
             }
             for (axis, out) in derivs.iter().enumerate() {
-                let deriv = datum.as_ref().map_or(0.0, |d| d.derivs[axis]);
+                let deriv = datum.map_or(0.0, |d| d.derivs[axis]);
                 self.set_floats(*out, lane, &[deriv]);
             }
             if !self.work.close() {
@@ -42,17 +51,39 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             }
             if is_single && self.source.attribute_is_shared(object, name, *element) {
                 step.outs.iter().for_each(|out| self.broadcast_lane(*out, lane));
-                return;
+                if let Some((_, typed)) = missing.pop() {
+                    missing.extend(self.active(mask).into_iter().map(|lane| (lane, typed)));
+                }
+                break;
             }
         }
+        self.note_missing(asked.as_ref(), &mut missing);
     }
 
-    /// The object, the name and the element of an attribute that a lane wants.
-    fn asked(&self, step: &KernelStep, lane: usize) -> Option<(Arc<str>, Arc<str>, Option<usize>)> {
+    /// The attribute that a lane wants.
+    fn asked(&self, step: &KernelStep, lane: usize) -> Option<Asked> {
         let [object, name, element] = step.args[..] else { return None };
         let text = |operand| self.text(self.bits(operand, lane));
-        let element = usize::try_from(self.bits(element, lane) as i32).ok();
-        Some((text(object), text(name), element))
+        let element = self.bits(element, lane) as i32;
+        let (is_parameter, element) = (element == USER_DATA, usize::try_from(element).ok());
+        Some(Asked { object: text(object), name: text(name), element, is_parameter })
+    }
+
+    /// Notes the lanes at which an attribute is not answered, each with whether there is a value of another
+    /// type.
+    fn note_missing(&mut self, asked: Option<&Asked>, missing: &mut Vec<(usize, bool)>) {
+        if missing.is_empty() {
+            return;
+        }
+        let found = std::mem::take(missing);
+        let Some(Asked { object, name, .. }) = asked.filter(|asked| !asked.is_parameter) else { return };
+        let of = if object.is_empty() { String::new() } else { format!("\"{object}\", ") };
+        for (typed, why) in [(false, ""), (true, ": its value has another type")] {
+            let first = self.first;
+            let points = found.iter().filter(|(_, own)| *own == typed).map(|(lane, _)| first + lane);
+            let text = format!("getattribute {of}\"{name}\" is not answered{why}");
+            self.messages.add(points, Message::note(text));
+        }
     }
 
     /// Gives all lanes the value of one of them.

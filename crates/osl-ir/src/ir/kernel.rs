@@ -128,7 +128,8 @@ pub enum Kernel {
     },
     /// The hash of one to four words, those of floats by their bits.
     Hash,
-    /// A named datum of the renderer or of the point: object name, name and element (−1 for the whole).
+    /// A named datum of the renderer or of the point: object name, name and element (−1 for the whole, or
+    /// [`USER_DATA`]).
     /// Results: its `count` values, then whether it was found with exactly this type; then the derivatives of
     /// the first value if requested.
     Attribute {
@@ -320,6 +321,10 @@ pub struct MessageForm {
     /// The location of the call.
     pub place: Span,
 }
+
+/// In place of the element of an attribute: the whole of it, as the user data of a parameter, which has a
+/// value without it.
+pub const USER_DATA: i32 = -2;
 
 /// The form of an argument of `printf` and the like.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

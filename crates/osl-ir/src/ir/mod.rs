@@ -21,7 +21,7 @@ pub use build::Builder;
 pub use build::Excess;
 pub use kernel::{
     GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, Test, TextureOption, UNSET_TEXT,
-    note_names, note_text,
+    USER_DATA, note_names, note_text,
 };
 pub use message::{First, Message, MessageMade, other_type, set_late, set_twice};
 pub use osl_numeric::{

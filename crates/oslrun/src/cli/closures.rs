@@ -36,7 +36,12 @@ impl Summary {
     /// Adds the closures of the next points.
     pub(super) fn add(&mut self, closures: &[Closures]) {
         let known = self.0.len();
-        self.0.extend(closures.iter().skip(known).map(|of| OfOutput { output: of.output.clone(), ..OfOutput::default() }));
+        self.0.extend(
+            closures
+                .iter()
+                .skip(known)
+                .map(|of| OfOutput { output: of.output.clone(), ..OfOutput::default() }),
+        );
         for (all, here) in self.0.iter_mut().zip(closures) {
             for point in 0..here.len() {
                 all.add(here, point);

@@ -60,6 +60,7 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
         file: args.file.as_deref(),
         network: &args.network,
         params: &args.params,
+        userdata: &[],
         outputs: args.outputs.as_deref(),
         taps: &[],
         more_taps: None,

@@ -2,7 +2,7 @@
 
 use super::args::levels;
 use super::args::{NetworkArgs, ReadArgs, RunArgs};
-use super::{Failure, input, repair, report};
+use super::{Failure, data, input, repair, report};
 use crate::nodes;
 use osl::stages::{self, CompileError, ShaderFiles};
 use osl_files::{FileError, Opened, Roots};
@@ -103,6 +103,8 @@ pub(super) struct Request<'a> {
     pub(super) file: Option<&'a Path>,
     pub(super) network: &'a NetworkArgs,
     pub(super) params: &'a [(String, String)],
+    /// The data of the points, by name.
+    pub(super) userdata: &'a [(String, String)],
     pub(super) outputs: Option<&'a [String]>,
     /// Variables at a line that become outputs.
     pub(super) taps: &'a [TapPath],
@@ -131,6 +133,7 @@ impl Request<'_> {
             file: run.file.as_deref(),
             network: &run.network,
             params: &run.params,
+            userdata: &run.userdata,
             outputs: run.outputs.as_deref(),
             taps: &run.tap,
             more_taps: None,
@@ -208,10 +211,17 @@ fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Lo
         return Err(Failure::new(format!("{points} points are more than {most} (--limit running.points=N)")));
     }
     let is_group = request.file.is_some_and(is_group);
-    match request.file {
+    let loaded = match request.file {
         Some(path) if request.network.is_empty() && !is_group => shader(path, request, notes, err),
         _ => group(request, is_group, notes, err),
+    }?;
+    if !request.userdata.is_empty() {
+        let limits = request.read.limits.limits();
+        for warning in data::unused(request.userdata, &loaded.body, &loaded.group(limits), limits) {
+            report::warning(&warning, request.read, err);
+        }
     }
+    Ok(loaded)
 }
 
 fn shader(

@@ -4,6 +4,7 @@ use super::Failure;
 use super::args::levels::LintArgs;
 use super::args::{MessageFormat, ReadArgs};
 use osl_syntax::diagnostic::{Code, Diagnostic};
+use osl_syntax::escape::shown;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use serde::Serialize;
@@ -31,6 +32,18 @@ pub(super) fn diagnostics(
         }
     }
     if list.iter().any(Diagnostic::is_error) { Err(Failure::said()) } else { Ok(()) }
+}
+
+/// Prints a warning about an option that has no effect.
+pub(super) fn warning(text: &str, args: &ReadArgs, err: &mut dyn Write) {
+    let _ = match args.message_format {
+        MessageFormat::Human => writeln!(err, "warning: {}", shown(text)),
+        MessageFormat::Json => {
+            let object =
+                serde_json::json!({ "code": "", "name": "option", "severity": "warning", "message": text });
+            writeln!(err, "{object}")
+        }
+    };
 }
 
 /// Prints the diagnostics of a shader that is about to run: errors, and warnings that the command line asks

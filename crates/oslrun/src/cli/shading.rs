@@ -3,11 +3,11 @@
 //!
 //! Errors that a shader reports do not fail the run: the image is written, and the last line counts the
 //! errors, unless `--deny errors` is given. A file that cannot be used has only one line, even if several
-//! calls use it. This module must not know how points are run.
+//! calls use it, and so has an attribute that is not answered. This module must not know how points are run.
 
 use super::Failure;
 use super::args::MessageFormat;
-use osl_exec::{Keeping, Message, Said};
+use osl_exec::{Keeping, Message, Said, Severity};
 use osl_image::{Missing, TextureCache};
 use osl_ir::Span;
 use osl_syntax::escape::shown;
@@ -17,8 +17,9 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::sync::Arc;
 
-/// Maximum number of different messages that are shown for one place.
+/// Maximum number of different messages that are shown for one place, and of notes, which have no place.
 const AT_A_PLACE: usize = 5;
+const NOTES: usize = 50;
 
 /// The facts about a run that a report needs.
 pub(super) struct Report<'a> {
@@ -167,6 +168,8 @@ impl Report<'_> {
         };
         // A shader's text may contain line breaks.
         let message = message.replace('\n', "\n    ");
+        // A note about all points need not say where they begin.
+        let pixel = pixel.filter(|_| *severity != "note" || *points != Some(*of));
         let first = pixel.map_or_else(String::new, |[x, y]| format!(", first at pixel ({x}, {y})"));
         let help = help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
         shown(&format!("{severity}: {place}{message}{count}{first}{help}")).into_owned()
@@ -176,8 +179,8 @@ impl Report<'_> {
     fn lines(&self, messages: &[Said]) -> (Vec<Line>, Tally) {
         let (mut lines, mut tally): (Vec<Line>, _) = (Vec::new(), Tally::default());
         let mut files: HashMap<Arc<str>, usize> = HashMap::new();
-        let mut known_lines: HashMap<(bool, Option<At>, String), usize> = HashMap::new();
-        let mut places: HashMap<(bool, Option<At>), (usize, usize)> = HashMap::new();
+        let mut known_lines: HashMap<(Severity, Option<At>, String), usize> = HashMap::new();
+        let mut places: HashMap<(Severity, Option<At>), (usize, usize)> = HashMap::new();
         for said in messages {
             let message = &said.message;
             let known = message.file.as_ref().and_then(|file| files.get(file));
@@ -196,23 +199,33 @@ impl Report<'_> {
                 }
             };
             // Copies of a layer report the same.
-            let key = (message.error, line.at.clone(), line.message.clone());
+            let key = (message.severity, line.at.clone(), line.message.clone());
             if let Some(line) = known_lines.get(&key).and_then(|at| lines.get_mut(*at)) {
                 line.points = line.points.zip(said.points).map(|(a, b)| a.max(b));
                 continue;
             }
             known_lines.insert(key, lines.len());
-            let count = if message.error { &mut tally.errors } else { &mut tally.warnings };
+            let most = match message.severity {
+                Severity::Error => {
+                    tally.errors += 1;
+                    AT_A_PLACE
+                }
+                Severity::Warning => {
+                    tally.warnings += 1;
+                    AT_A_PLACE
+                }
+                Severity::Note => NOTES,
+            };
+            let (count, last) = places.entry((message.severity, line.at.clone())).or_insert((0, lines.len()));
             *count += 1;
-            let (count, last) = places.entry((message.error, line.at.clone())).or_insert((0, lines.len()));
-            *count += 1;
-            if *count > AT_A_PLACE {
-                let more = *count - AT_A_PLACE;
+            if *count > most {
+                let more = *count - most;
                 if more > 1
                     && let Some(line) = lines.get_mut(*last)
                 {
                     // How many points they have together is not known: a point may have several.
-                    line.message = format!("and {more} other messages of this line");
+                    let of = if line.at.is_some() { " of this line" } else { "" };
+                    line.message = format!("and {more} other messages{of}");
                     (line.points, line.pixel) = (None, None);
                     continue;
                 }
@@ -228,7 +241,11 @@ impl Report<'_> {
         Line {
             code: "",
             name: "while-shading",
-            severity: if said.message.error { "error" } else { "warning" },
+            severity: match said.message.severity {
+                Severity::Error => "error",
+                Severity::Warning => "warning",
+                Severity::Note => "note",
+            },
             message,
             help: None,
             at: at.map(|Position { file, line, .. }| At { file, line }),

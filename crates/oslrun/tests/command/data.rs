@@ -41,6 +41,101 @@ fn interpolated_parameters_take_user_data() {
     assert!(said(&["-p", "amp=3", "--userdata", "amp=4"]).starts_with("4 2"), "user data go before values");
 }
 
+/// The text is read as the type that a parameter has, and a warning says what is not used.
+#[test]
+fn user_data_have_the_types_of_parameters() {
+    let dir = tempfile::tempdir().unwrap();
+    let shader = file(
+        dir.path(),
+        "s.osl",
+        "#define OPEN [[ int lockgeom = 0 ]]
+         shader s(int i = 1 OPEN, color c = 0 OPEN, float a[2] = { 7, 8 } OPEN, string s = \"n\" OPEN, string t[2] = { \"x\", \"y\" } OPEN,
+             color list[2] = { 1, 2 } OPEN, float later[2] = { P[0], 4 } OPEN, matrix m = 3 OPEN, float fixed = 1, output float o = 0) {
+             printf(\"%d|%g|%g %g|%s|%s %s|%g %g|%g|%g|%g\\n\", i, c, a[0], a[1], s, t[0], t[1], list[0], list[1], later[1], m[1][1], fixed);
+         }",
+    );
+    let attributes = file(dir.path(), "a.json", r#"{"i": 3, "a": [5, 6.5]}"#);
+    let said = |given: &[&str]| {
+        let options = given.iter().flat_map(|given| ["--userdata", given]);
+        let args: Vec<&str> = [shader.as_str(), "-g", "1x1"].into_iter().chain(options).collect();
+        let (code, out, err) = oslrun(&args);
+        assert_eq!(code, 0, "{err}");
+        (out.lines().next().unwrap_or_default().to_string(), err)
+    };
+    let plain = "1|0 0 0|7 8|n|x y|1 1 1 2 2 2|4|3|1";
+    assert_eq!(said(&[]), (plain.to_string(), String::new()));
+    let given = ["i=4", "c=0.5", "a=1,2", "s=77", "t=p,q", "list=1,2,3,4,5,6", "later=9 10", "m=2"];
+    let taken = "4|0.5 0.5 0.5|1 2|77|p q|1 2 3 4 5 6|10|2|1";
+    assert_eq!(said(&given), (taken.to_string(), String::new()));
+    for (given, why) in [
+        ("i=2.5", "the shader reads it as int"),
+        ("a=1,2,3", "the shader reads it as float[2]"),
+        ("list=1", "the shader reads it as color[2]"),
+        ("fixed=2", "a parameter takes user data only with the metadata lockgeom = 0"),
+        ("fixd=2", "the shader reads no data with this name; did you mean `fixed`?"),
+    ] {
+        let (out, err) = said(&[given]);
+        assert_eq!(out, plain, "{given}");
+        assert!(err.starts_with(&format!("warning: --userdata {given} is not used: {why}")), "{err}");
+    }
+    // Attributes of the type that is read come after user data of any other.
+    let args =
+        [&shader, "-g", "1x1", "--attributes", &attributes, "--userdata", "i=2.5", "--userdata", "a=1,2"];
+    let (_, out, _) = oslrun(&args);
+    assert!(out.starts_with("3|0 0 0|1 2|"), "{out}");
+    let (_, _, err) = oslrun(&[&shader, "-g", "1x1", "--userdata", "x=1", "--message-format", "json"]);
+    assert!(err.contains("\"severity\":\"warning\"") && err.contains("--userdata x=1 is not used"), "{err}");
+    let (_, _, err) = oslrun(&["explain", &shader, "--at", "0,0", "-g", "1x1", "--userdata", "x=1"]);
+    assert_eq!(err.matches("--userdata x=1 is not used").count(), 1, "{err}");
+}
+
+#[test]
+fn attributes_that_nobody_answers_are_named_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let shader = file(
+        dir.path(),
+        "s.osl",
+        "shader s(string which = \"who\", float open = 1 [[ int lockgeom = 0 ]], output float o = 0) {
+             float uv[2]; float f = 0; int i = 0;
+             int n = getattribute(\"hit:uv\", uv) + getattribute(which, f) + getattribute(\"box\", \"id\", i);
+             if (u > 0.5) n += getattribute(\"half\", i);
+             if (v > 0.5) n += getattribute(\"half\", i);
+             for (int k = 0; k < 2; k++) n += getattribute(format(\"made%d\", k), f);
+             n += getattribute(\"s\", f) + getattribute(\"t\", i);
+             o = n + open;
+         }",
+    );
+    let run = |more: &[&str]| oslrun(&[&[shader.as_str(), "-g", "4x4"], more].concat());
+    let notes = |err: &str| -> Vec<String> {
+        let mut lines: Vec<String> = err.lines().map(ToString::to_string).collect();
+        lines.sort();
+        lines
+    };
+    let all = [
+        "note: getattribute \"box\", \"id\" is not answered, at 16 of 16 points",
+        "note: getattribute \"half\" is not answered, at 12 of 16 points, first at pixel (2, 0)",
+        "note: getattribute \"hit:uv\" is not answered, at 16 of 16 points",
+        "note: getattribute \"made0\" is not answered, at 16 of 16 points",
+        "note: getattribute \"made1\" is not answered, at 16 of 16 points",
+        "note: getattribute \"t\" is not answered: its value has another type, at 16 of 16 points",
+        "note: getattribute \"who\" is not answered, at 16 of 16 points",
+    ];
+    for more in [&[][..], &["--batch", "1"], &["--threads", "2", "--batch", "16"], &["--arithmetic", "f64"]] {
+        let (code, out, err) = run(more);
+        assert!(code == 0 && !out.contains("warning"), "{out}");
+        assert_eq!(notes(&err), all, "{more:?}");
+    }
+    // Answered attributes are not named, nor is the user data of a parameter.
+    let (_, _, err) = run(&["--userdata", "who=1", "--userdata", "hit:uv=0,1", "--userdata", "half=1"]);
+    assert_eq!(err.lines().count(), 4, "{err}");
+    let (code, _, err) = run(&["--message-format", "json", "--deny", "errors"]);
+    let found = "\"severity\":\"note\",\"message\":\"getattribute \\\"half\\\" is not answered\",\"points\":12,\"of\":16";
+    assert!(code == 0 && err.contains(found), "{err}");
+    // The tools of the reference do not say it.
+    let (code, _, err) = oslrun(&["testshade", "-g", "2", "2", &shader]);
+    assert_eq!((code, err.as_str()), (0, ""));
+}
+
 #[test]
 fn attributes_come_from_a_file() {
     let dir = tempfile::tempdir().unwrap();

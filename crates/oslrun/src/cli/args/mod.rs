@@ -160,7 +160,8 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true, help_heading = heading::VALUES)]
     pub(super) object_space: Option<Box<[f32; 16]>>,
     /// Data that the surface provides by name: attributes, and values of parameters with `lockgeom = 0` or
-    /// `interpolated = 1`. One number is a float, three are a triple, everything else is a string; may be
+    /// `interpolated = 1`. The value is read as the type that the shader requests: numbers and elements of
+    /// arrays are separated by commas, one number is also a color, text in quotes is a string only; may be
     /// repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, help_heading = heading::VALUES)]
     pub(super) userdata: Vec<(String, String)>,

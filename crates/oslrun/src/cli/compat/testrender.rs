@@ -7,7 +7,7 @@ use super::options::{self, Item, ToolOption};
 use super::settings::{self, Settings};
 use crate::cli::{input, output, session};
 use osl::stages;
-use osl_exec::Services;
+use osl_exec::{Services, Severity};
 use osl_image::{Samples, TextureCache, write_channels};
 use osl_ir::passes;
 use osl_lower::Requests;
@@ -276,11 +276,16 @@ fn said(picture: &testrender::Picture, sources: &SourceMap, console: &mut Consol
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut seen = HashSet::new();
     for said in &picture.notes.messages {
-        let line = said.message.show(place);
-        if !seen.insert((said.message.error, line.clone())) {
+        let (severity, line) = (said.message.severity, said.message.show(place));
+        if !seen.insert((severity, line.clone())) {
             continue;
         }
-        if said.message.error { console.error(&line) } else { console.warning(&line) }
+        match severity {
+            Severity::Error => console.error(&line),
+            Severity::Warning => console.warning(&line),
+            // The tool does not know them.
+            Severity::Note => {}
+        }
     }
     Ok(())
 }

@@ -9,7 +9,7 @@
 use super::Console;
 use super::settings::Settings;
 use crate::cli::output;
-use osl_exec::{Event, Message, Program};
+use osl_exec::{Event, Message, Program, Severity};
 use osl_syntax::source::SourceMap;
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
@@ -85,7 +85,13 @@ impl<'a> Teller<'a> {
         if self.settings.silences(&text) {
             return;
         }
-        if !message.error {
+        let is_error = match message.severity {
+            Severity::Error => true,
+            Severity::Warning => false,
+            // The tool does not know them.
+            Severity::Note => return,
+        };
+        if !is_error {
             match self.warnings_left.checked_sub(1) {
                 Some(left) => self.warnings_left = left,
                 None => return,
@@ -97,7 +103,7 @@ impl<'a> Teller<'a> {
             return;
         }
         let [errors, warnings] = &mut self.last;
-        let (last, kind) = if message.error { (errors, "ERROR") } else { (warnings, "WARNING") };
+        let (last, kind) = if is_error { (errors, "ERROR") } else { (warnings, "WARNING") };
         if !self.settings.error_repeats && last.contains(&text) {
             return;
         }
@@ -107,7 +113,7 @@ impl<'a> Teller<'a> {
         self.flush(console);
         let _ = writeln!(console.err, "{kind}: {text}");
         let _ = console.err.flush();
-        if let Some(last) = self.last.get_mut(usize::from(!message.error)) {
+        if let Some(last) = self.last.get_mut(usize::from(!is_error)) {
             last.push_back(text);
         }
     }
