@@ -22,8 +22,8 @@ pub struct RunOptions {
     pub limits: Limits,
     /// Whether the closures of outputs are kept.
     pub closures: bool,
-    /// Whether the weights of the closures of outputs, summed by name, become planes: a color `Ci.diffuse` for
-    /// each name that the program may use, or `Ci` if it uses none.
+    /// Whether the weights of the closures of outputs, summed by name, become planes: a color `Ci.diffuse`
+    /// for each name that the program may use, or `Ci` if it uses none.
     pub weights: bool,
     /// Whether to measure the time of each instruction.
     pub profile: bool,

@@ -1,13 +1,13 @@
-//! Materials whose outputs are closures alone: the weights become layers, whatever the size of the picture, and
-//! null closures are black.
+//! Materials whose outputs are closures alone: the weights become layers, whatever the size of the picture,
+//! and null closures are black.
 
 use crate::in_process::{oslrun, oslrun_at};
 use osl_image::read_image;
 use std::path::Path;
 use std::process::Command;
 
-/// What `Ci` is in forty materials, after some variables: one to eight lobes, those of MaterialX, layers, null
-/// closures, and branches.
+/// What `Ci` is in forty materials, after some variables: one to eight lobes, those of MaterialX, layers,
+/// null closures, and branches.
 const MATERIALS: [&str; 40] = [
     "diffuse(N)",
     "emission()",
@@ -42,7 +42,7 @@ const MATERIALS: [&str; 40] = [
     "(color(1) - opacity) * transparent()",
     "(u > 2) * diffuse(n)",
     "opacity * given + (color(1) - opacity) * transparent()",
-    "fold + 0",
+    "fold",
     "branch",
     "loop",
     "diffuse(n) + emission() + tint * reflection(n, 1.4) + phong(n, 30)",
@@ -67,7 +67,8 @@ fn material(ci: &str) -> String {
     )
 }
 
-/// Runs a material in a process of its own. Returns the bytes of its peak memory, and of the picture's samples.
+/// Runs a material in a process of its own. Returns the bytes of its peak memory, and of the picture's
+/// samples.
 fn memory(folder: &Path, ci: &str, grid: &[&str]) -> (f64, f64) {
     let source = folder.join("m.osl");
     std::fs::write(&source, material(ci)).unwrap();
@@ -134,7 +135,7 @@ fn layers_are_the_weights_by_name() {
         for (at, channel) in image.channels.iter().enumerate() {
             let (layer, part) = channel.strip_prefix("Ci.").unwrap().split_once('.').unwrap();
             let component = ["R", "G", "B"].iter().position(|own| *own == part).unwrap();
-            for (pixel, value) in image.data.iter().skip(at).step_by(image.channels.len()).enumerate() {
+            for (pixel, value) in image.samples.iter().skip(at).step_by(image.channels.len()).enumerate() {
                 let (u, v) = ((pixel % 40) as f32 / 39.0, (pixel / 40) as f32 / 69.0);
                 let wanted = expected(layer, u, v)[component];
                 assert!((value - wanted).abs() < 1e-5, "{more} {channel} at {pixel}: {value} {wanted}");
@@ -174,7 +175,7 @@ fn null_closures_are_black_everywhere() {
             assert!(is_told, "{text} {more:?}: {out} {err}");
             if file == "m.exr" {
                 let image = read_image(Path::new(&output)).unwrap();
-                assert!(image.channels.len() == 3 && image.data.iter().all(|x| *x == 0.0), "{text}");
+                assert!(image.channels.len() == 3 && image.samples.iter().all(|x| *x == 0.0), "{text}");
             }
             std::fs::remove_file(&output).unwrap();
         }

@@ -133,7 +133,7 @@ fn printed_bytes(row: &Row) {
 fn closure_bytes(row: &Row) {
     let material = shader("surface a() { Ci = u * diffuse(N) + v * reflection(N); }");
     run(&material, &["--closures"]).succeeds();
-    run(&material, &["--closures", "--limit", "running.closure_bytes=1k"]).fails_with(row);
+    run(&material, &["--closures", "--limit", "running.closure_bytes=500"]).fails_with(row);
     // Only some rows are in memory at a time, and none for the weights.
     let large = ["a.osl", "-g", "64x512", "--limit"];
     material.run(&[&large[..], &["running.closure_bytes=256k", "--closures"]].concat()).succeeds();
