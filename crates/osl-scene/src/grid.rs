@@ -7,7 +7,7 @@ use osl_ir::ir::{Axis, Const};
 
 /// `width * height` points, row by row. `u = scale * x/(width-1) + offset`, or at pixel centres; an axis with
 /// one point gets half the scale. `P = (u, v, 1)`, `N = Ng = (0, 0, 1)`, `dPdu = (1, 0, 0)`,
-/// `dPdv = (0, 1, 0)`.
+/// `dPdv = (0, 1, 0)`, and `I = (0, 0, -1)`: a parallel view from above.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     /// Points per row.
@@ -134,6 +134,7 @@ impl PointSource for Grid {
     fn uniform(&self, global: Global) -> [f32; 3] {
         match global {
             Global::N | Global::Ng => Vec3::Z.to_array(),
+            Global::I => Vec3::NEG_Z.to_array(),
             Global::DPdu => Vec3::X.to_array(),
             Global::DPdv => Vec3::Y.to_array(),
             _ => [0.0; 3],

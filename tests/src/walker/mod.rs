@@ -50,6 +50,7 @@ impl Point {
             Global::V => Value::Float(self.v),
             Global::P => Value::Triple([self.u, self.v, 1.0]),
             Global::N | Global::Ng => Value::Triple([0.0, 0.0, 1.0]),
+            Global::I => Value::Triple([0.0, 0.0, -1.0]),
             Global::DPdu => Value::Triple([1.0, 0.0, 0.0]),
             Global::DPdv => Value::Triple([0.0, 1.0, 0.0]),
             Global::Time | Global::Dtime => Value::Float(0.0),

@@ -35,8 +35,8 @@ const ABOUT_GLOBALS: [(&str, &str, &str); 13] = [
     ),
     (
         "I",
-        "The direction from which the point is seen: from the eye to P. It is not normalized. On the unit \
-         patch there is no eye, and I is 0.",
+        "The direction from which the point is seen: from the eye to P. It is not normalized. The unit \
+         patch of `oslrun FILE` is seen from above: there it is (0, 0, -1) at all points.",
         "vector r = reflect(normalize(I), N); result = r[2];",
     ),
     (

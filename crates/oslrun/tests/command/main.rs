@@ -33,6 +33,7 @@ mod encodings;
 mod explain;
 mod film;
 mod fmt;
+mod geometry;
 mod includes;
 mod json;
 mod levels;
