@@ -12,7 +12,8 @@ pub type FindSpace = Arc<dyn Fn(&str) -> Option<[f32; 16]> + Send + Sync>;
 #[derive(Clone)]
 pub struct Spaces {
     to_common: FxHashMap<String, [f32; 16]>,
-    /// Spaces that can only be a destination, such as raster space.
+    /// The matrices from common space to spaces for which they are given. Without a matrix to common space,
+    /// such a space can only be a destination.
     from_common: FxHashMap<String, [f32; 16]>,
     /// A function that is called first.
     find: Option<FindSpace>,
@@ -48,6 +49,12 @@ impl Spaces {
     /// Makes a space a destination only, with the matrix from common space to it.
     pub fn set_destination(&mut self, name: &str, from_common: [f32; 16]) {
         self.to_common.remove(name);
+        self.from_common.insert(name.to_string(), from_common);
+    }
+
+    /// Sets the matrices from a space to common space and back.
+    pub fn set_pair(&mut self, name: &str, to_common: [f32; 16], from_common: [f32; 16]) {
+        self.to_common.insert(name.to_string(), to_common);
         self.from_common.insert(name.to_string(), from_common);
     }
 
@@ -95,7 +102,8 @@ impl Spaces {
         let common = |name: &str| name == "common" || name == "world";
         let identity = IDENTITY.map(R::lit);
         let multiply = osl_numeric::matrix::multiply;
-        let matrix = if let Some(to_matrix) = self.from_common.get(to) {
+        let unlike = from != to || from_matrix.is_none();
+        let matrix = if let Some(to_matrix) = self.from_common.get(to).filter(|_| unlike) {
             let to_matrix = to_matrix.map(R::lit);
             multiply(from_matrix.unwrap_or(identity), to_matrix)
         } else {

@@ -4,6 +4,7 @@ use crate::order::Blocks;
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const, Kind};
 use osl_ir::types::Type;
+use osl_numeric::geometry::{cross, dot};
 
 /// A named datum of a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +67,12 @@ pub struct Answer {
     /// The values with the requested type: one, or the elements of an array. `None` leaves the shader's
     /// variable unchanged.
     pub values: Option<Vec<Const>>,
+}
+
+/// [`Global::LeftHanded`] for a point: 1 if the changes of its position to the next pixel along x and along y
+/// are left-handed with its normal, else 0.
+pub fn left_handed(dx: [f32; 3], dy: [f32; 3], n: [f32; 3]) -> f32 {
+    f32::from(u8::from(dot(cross(dx, dy), n) < 0.0))
 }
 
 /// A set of shading points.

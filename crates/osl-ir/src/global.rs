@@ -24,11 +24,14 @@ pub enum Global {
     SurfaceArea,
     /// The result of `backfacing()`, 0 or 1; a program cannot name it.
     Backfacing,
+    /// 1 where `calculatenormal()` swaps its operands, because the change of P to the right and the change to
+    /// the next row are left-handed with N; else 0. A program cannot name it.
+    LeftHanded,
 }
 
 impl Global {
     /// All globals.
-    pub const ALL: [Global; 15] = [
+    pub const ALL: [Global; 16] = [
         Global::P,
         Global::I,
         Global::N,
@@ -44,6 +47,7 @@ impl Global {
         Global::Ci,
         Global::SurfaceArea,
         Global::Backfacing,
+        Global::LeftHanded,
     ];
 
     /// Its name, or the call that returns it.
@@ -64,6 +68,7 @@ impl Global {
             Global::Ci => "Ci",
             Global::SurfaceArea => "surfacearea()",
             Global::Backfacing => "backfacing()",
+            Global::LeftHanded => "the handedness of the image",
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Pixels count from the left and from the top; the centre of the first is (0.5, 0.5). This module must not
 //! know what the rays hit.
 
+use crate::grid::set_projections;
 use crate::math;
 use glam::{DMat3, DVec2, DVec3, Mat4, Vec3};
 use osl_exec::Spaces;
@@ -59,6 +60,8 @@ pub struct View {
     forward: DVec3,
     /// Tangent of half the horizontal angle.
     half_width: f64,
+    /// The distance of what it looks at.
+    sight: f64,
     resolution: [usize; 2],
 }
 
@@ -76,7 +79,8 @@ impl Camera {
             return Err(CameraError::Resolution);
         }
         let position = position.as_dvec3();
-        let forward = (look_at.as_dvec3() - position).try_normalize().ok_or(CameraError::Direction)?;
+        let ahead = look_at.as_dvec3() - position;
+        let forward = ahead.try_normalize().ok_or(CameraError::Direction)?;
         let across = |up: DVec3| {
             let right = forward.cross(up);
             (right.length_squared() > 1e-12 * up.length_squared()).then(|| right.try_normalize()).flatten()
@@ -87,7 +91,7 @@ impl Camera {
             .ok_or(CameraError::Direction)?;
         let half_width = math::tan((f64::from(fov_degrees) * 0.5).to_radians());
         let up = right.cross(forward);
-        Ok(View { position, right, up, forward, half_width, resolution })
+        Ok(View { position, right, up, forward, half_width, sight: ahead.length(), resolution })
     }
 }
 
@@ -100,6 +104,11 @@ impl View {
     /// Where the camera stands.
     pub fn position(&self) -> Vec3 {
         self.position.as_vec3()
+    }
+
+    /// The distance of what it looks at.
+    pub fn sight(&self) -> f32 {
+        self.sight as f32
     }
 
     /// Side of a pixel on a plane at distance 1.
@@ -142,8 +151,8 @@ impl View {
         (depth > 0.0 && place.is_finite()).then_some(place)
     }
 
-    /// Adds the spaces `camera` (x to the right, y up, z ahead), and as destinations `screen` (−1 to 1 over
-    /// the width, z from 0 at `near` to 1 at `far`), `NDC` (0 to 1 from the left and from the top) and
+    /// Adds the spaces `camera` (x to the right, y up, z ahead), `screen` (−1 to 1 over the width, z from 0 at
+    /// `near` to 1 at `far`), `NDC` (0 to 1 from the left and from the top) and
     /// `raster` (pixels).
     pub fn set_spaces(&self, spaces: &mut Spaces, near: f32, far: f32) {
         let axes = DMat3::from_cols(self.right, self.up, self.forward);
@@ -170,9 +179,10 @@ impl View {
             * Mat4::from_scale(Vec3::new(0.5, -0.5 * aspect, 1.0));
         let raster = Mat4::from_scale(Vec3::new(width, height, 1.0));
         spaces.set("camera", rows(to_common));
-        spaces.set_destination("screen", rows(lens * from_common));
-        spaces.set_destination("NDC", rows(half * lens * from_common));
-        spaces.set_destination("raster", rows(raster * half * lens * from_common));
+        let screen = lens * from_common;
+        let projections =
+            [("screen", screen), ("NDC", half * screen), ("raster", raster * half * lens * from_common)];
+        set_projections(spaces, projections);
     }
 }
 
@@ -236,6 +246,15 @@ mod tests {
         assert!((raster.x - 123.0).abs() < 0.02 && (raster.y - 45.0).abs() < 0.02, "{raster}");
         assert!((to("NDC").x * 640.0 - 123.0).abs() < 0.02);
         assert!((to("camera").z - view.depth(p) as f32).abs() < 0.01);
+        view.set_spaces(&mut spaces, view.sight() * 0.01, view.sight() * 100.0);
+        for space in ["camera", "screen", "NDC", "raster"] {
+            let way = |from: &str, to: &str, p: Vec3| {
+                Mat4::from_cols_array(&spaces.matrix(from, to).unwrap()).project_point3(p)
+            };
+            let back = way(space, "common", way("common", space, p));
+            assert!((back - p).length() < 2e-4 * view.sight(), "{space}: {back} {p}");
+            assert_eq!(spaces.matrix::<f32>(space, space).unwrap(), Mat4::IDENTITY.to_cols_array());
+        }
     }
 
     #[test]

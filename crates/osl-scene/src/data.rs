@@ -1,6 +1,6 @@
 //! Points with additional data: user data and attributes by name.
 
-use osl_exec::{Blocks, Datum, PointSource};
+use osl_exec::{Blocks, Datum, PointSource, left_handed};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use std::collections::BTreeMap;
@@ -61,7 +61,15 @@ impl<S: PointSource> PointSource for WithData<S> {
     }
 
     fn uniform(&self, global: Global) -> [f32; 3] {
-        self.data.globals.get(&global).copied().unwrap_or_else(|| self.points.uniform(global))
+        let globals = &self.data.globals;
+        match (globals.get(&global), global, globals.get(&Global::N)) {
+            (Some(value), ..) => *value,
+            (None, Global::LeftHanded, Some(n)) => {
+                let [dx, dy] = Axis::BOTH.map(|axis| self.points.deriv(Global::P, axis));
+                [left_handed(dx, dy, *n), 0.0, 0.0]
+            }
+            _ => self.points.uniform(global),
+        }
     }
 
     fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
@@ -122,6 +130,19 @@ mod tests {
         assert_eq!(of(Kind::Int, 1), Some(vec![Const::Int(8)]));
         assert_eq!(of(Kind::Float, 0), None);
         assert_eq!(data.find("", "id", Some(0)), Some(Datum::one(Const::Int(8))));
+    }
+
+    #[test]
+    fn a_given_normal_settles_the_handedness() {
+        let with = |scale: [f32; 2], n: Option<[f32; 3]>| {
+            let mut data = Data::default();
+            data.globals.extend(n.map(|n| (Global::N, n)));
+            let points = WithData { points: Grid { scale, ..Grid::new(5, 3) }, data };
+            points.uniform(Global::LeftHanded)[0]
+        };
+        assert_eq!((with([1.0; 2], None), with([-1.0, 1.0], None)), (0.0, 1.0));
+        assert_eq!(with([1.0; 2], Some([0.0, 0.0, -1.0])), 1.0);
+        assert_eq!(with([-1.0, 1.0], Some([0.0, 0.0, -1.0])), 0.0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A grid of points on the unit patch, on which reference results are recorded.
 
 use glam::{Mat4, Vec3, Vec4};
-use osl_exec::{Blocks, Datum, PointSource, Spaces};
+use osl_exec::{Blocks, Datum, PointSource, Spaces, left_handed};
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const};
 
@@ -135,6 +135,11 @@ impl PointSource for Grid {
         match global {
             Global::N | Global::Ng => Vec3::Z.to_array(),
             Global::I => Vec3::NEG_Z.to_array(),
+            Global::SurfaceArea => [1.0, 0.0, 0.0],
+            Global::LeftHanded => {
+                let [dx, dy] = Axis::BOTH.map(|axis| self.deriv(Global::P, axis));
+                [left_handed(dx, dy, Vec3::Z.to_array()), 0.0, 0.0]
+            }
             Global::DPdu => Vec3::X.to_array(),
             Global::DPdv => Vec3::Y.to_array(),
             _ => [0.0; 3],
@@ -171,8 +176,7 @@ impl PointSource for Grid {
 
 /// The spaces of a grid of `width` by `height` points on which reference results are recorded: shader space
 /// is rotated by 45° about z and moved by 1 in x, object space is rotated by 90° and moved by 1 in y,
-/// `myspace` is scaled by (1, 2, 1). `camera` is a destination only, like the spaces of
-/// [`set_screen_spaces`].
+/// `myspace` is scaled by (1, 2, 1). `camera` and the spaces of [`set_screen_spaces`] are destinations only.
 pub fn reference_spaces(width: usize, height: usize) -> Spaces {
     let mut spaces = Spaces::default();
     // Rows for row vectors: the transpose of the form for column vectors.
@@ -195,29 +199,59 @@ pub fn reference_spaces(width: usize, height: usize) -> Spaces {
     spaces.set("object", rows(object));
     spaces.set("myspace", rows(Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0))));
     spaces.set_destination("camera", rows(Mat4::IDENTITY));
-    set_screen_spaces(&mut spaces, width, height);
+    for (name, from_common) in screen_spaces(width, height) {
+        spaces.set_destination(name, rows(from_common));
+    }
     spaces
 }
 
 /// Adds the spaces of the image to those of a grid of `width` by `height` points: `screen`, `NDC` and
-/// `raster`, which are destinations only. The camera is the identity, with a field of view of 90°, a near
-/// plane at 0.1 and a far one at 1000.
+/// `raster`. The camera is the identity, with a field of view of 90°, a near plane at 0.1 and a far one at
+/// 1000.
 pub fn set_screen_spaces(spaces: &mut Spaces, width: usize, height: usize) {
-    // Rows for row vectors: the transpose of the form for column vectors.
-    let rows = |m: Mat4| m.to_cols_array();
+    set_projections(spaces, screen_spaces(width, height));
+}
+
+/// Adds spaces, given by the matrices from common space for column vectors, with the ways back.
+pub(crate) fn set_projections<const N: usize>(spaces: &mut Spaces, projections: [(&str, Mat4); N]) {
+    for (name, from_common) in projections {
+        // In double precision, because depths behind a projection differ little.
+        let to_common = from_common.as_dmat4().inverse().as_mat4();
+        // Rows for row vectors: the transpose of the form for column vectors.
+        spaces.set_pair(name, to_common.to_cols_array(), from_common.to_cols_array());
+    }
+}
+
+fn screen_spaces(width: usize, height: usize) -> [(&'static str, Mat4); 3] {
     let (near, far) = (0.1_f32, 1000.0_f32);
     let (a, b) = (far / (far - near), -near * far / (far - near));
     let screen = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::new(0.0, 0.0, a, 1.0), Vec4::new(0.0, 0.0, b, 0.0));
     let half = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
     let raster = Mat4::from_scale(Vec3::new(width as f32, height as f32, 1.0));
-    spaces.set_destination("screen", rows(screen));
-    spaces.set_destination("NDC", rows(half * screen));
-    spaces.set_destination("raster", rows(raster * half * screen));
+    [("screen", screen), ("NDC", half * screen), ("raster", raster * half * screen)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spaces_of_the_image_go_both_ways_except_in_the_reference() {
+        let mut spaces = Spaces::default();
+        set_screen_spaces(&mut spaces, 20, 10);
+        let reference = reference_spaces(20, 10);
+        let p = Vec3::new(0.25, 0.75, 1.0);
+        for space in ["screen", "NDC", "raster"] {
+            let [there, back] = [("common", space), (space, "common")]
+                .map(|(from, to)| Mat4::from_cols_array(&spaces.matrix(from, to).unwrap()));
+            let near = back.project_point3(there.project_point3(p)).distance(p);
+            assert!(near < 2e-6, "{space}: {near}");
+            assert!(reference.matrix::<f32>("common", space).is_ok());
+            assert!(reference.matrix::<f32>(space, "common").is_err());
+        }
+        let across = Mat4::from_cols_array(&spaces.matrix("raster", "NDC").unwrap());
+        assert!(across.project_point3(Vec3::new(10.0, 5.0, 0.9)).distance(Vec3::new(0.5, 0.5, 0.9)) < 2e-6);
+    }
 
     #[test]
     fn points_run_from_border_to_border() {

@@ -71,9 +71,8 @@ impl PointSource for ReferenceRenderer {
 
     fn uniform(&self, global: Global) -> [f32; 3] {
         match global {
-            Global::SurfaceArea => [1.0, 0.0, 0.0],
-            // There is no eye.
-            Global::I => [0.0; 3],
+            // There is no eye, and the tool knows no handedness.
+            Global::I | Global::LeftHanded => [0.0; 3],
             _ => self.grid.uniform(global),
         }
     }

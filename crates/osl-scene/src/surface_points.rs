@@ -3,7 +3,7 @@
 use crate::camera::Ray;
 use crate::mesh::SurfacePoint;
 use glam::{Vec2, Vec3};
-use osl_exec::PointSource;
+use osl_exec::{PointSource, left_handed};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 
@@ -63,6 +63,8 @@ pub struct SurfacePoints {
     /// Directions of the rays that hit them.
     incident: Vec<Vec3>,
     footprints: Vec<Footprint>,
+    /// Areas of the surfaces.
+    areas: Vec<f32>,
 }
 
 impl SurfacePoints {
@@ -72,14 +74,16 @@ impl SurfacePoints {
             points: Vec::with_capacity(count),
             incident: Vec::with_capacity(count),
             footprints: Vec::with_capacity(count),
+            areas: Vec::with_capacity(count),
         }
     }
 
-    /// Adds a point, the direction of the ray that hit it, and its footprint.
-    pub fn push(&mut self, point: SurfacePoint, incident: Vec3, footprint: Footprint) {
+    /// Adds a point, the direction of the ray that hit it, its footprint, and the area of its surface.
+    pub fn push(&mut self, point: SurfacePoint, incident: Vec3, footprint: Footprint, area: f32) {
         self.points.push(point);
         self.incident.push(incident);
         self.footprints.push(footprint);
+        self.areas.push(area);
     }
 
     /// Removes all points.
@@ -87,6 +91,7 @@ impl SurfacePoints {
         self.points.clear();
         self.incident.clear();
         self.footprints.clear();
+        self.areas.clear();
     }
 
     /// The points.
@@ -128,6 +133,11 @@ impl SurfacePoints {
             Global::DPdu => point.dpdu.to_array(),
             Global::DPdv => point.dpdv.to_array(),
             Global::Backfacing => [f32::from(u8::from(incident.dot(point.ng) > 0.0)), 0.0, 0.0],
+            Global::SurfaceArea => [self.areas.get(at).copied().unwrap_or_default(), 0.0, 0.0],
+            Global::LeftHanded => {
+                let [dx, dy] = self.footprints.get(at).copied().unwrap_or_default().p;
+                [left_handed(dx.to_array(), dy.to_array(), point.n.to_array()), 0.0, 0.0]
+            }
             _ => [0.0; 3],
         }
     }
@@ -172,6 +182,8 @@ impl PointSource for SurfacePoints {
             Global::DPdu,
             Global::DPdv,
             Global::Backfacing,
+            Global::SurfaceArea,
+            Global::LeftHanded,
         ]
     }
 
@@ -211,7 +223,7 @@ mod tests {
                 dpdu: Vec3::X,
                 dpdv: Vec3::new(0.5, 2.0, 0.0),
             };
-            points.push(point, Vec3::Z * side, Footprint::square(&point, 0.1));
+            points.push(point, Vec3::Z * side, Footprint::square(&point, 0.1), 5.0);
         }
         points
     }
@@ -223,8 +235,22 @@ mod tests {
         assert_eq!(lanes, [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0]);
         points().fill(Global::Backfacing, 0, 4, &mut lanes[..4]);
         assert_eq!(lanes[..4], [0.0, 1.0, 1.0, 1.0]);
+        points().fill(Global::SurfaceArea, 0, 4, &mut lanes[..4]);
+        assert_eq!(lanes[..4], [5.0; 4]);
         SurfacePoints::default().fill(Global::U, 0, 4, &mut lanes[..4]);
         assert_eq!(lanes[..4], [0.0; 4], "no points");
+    }
+
+    #[test]
+    fn the_image_is_left_handed_where_its_changes_turn_away_from_the_normal() {
+        let mut seen = SurfacePoints::default();
+        let point = points().points()[0];
+        for p in [[Vec3::X, Vec3::Y], [Vec3::Y, Vec3::X], [Vec3::X, Vec3::X]] {
+            seen.push(point, Vec3::NEG_Z, Footprint { p, ..Footprint::default() }, 1.0);
+        }
+        let mut lanes = [9.0; 4];
+        seen.fill(Global::LeftHanded, 0, 4, &mut lanes);
+        assert_eq!(lanes, [0.0, 1.0, 0.0, 0.0]);
     }
 
     #[test]

@@ -41,7 +41,7 @@ pub fn look(view: &View, surface: &dyn Surface) -> Seen {
             found
         })
         .collect();
-    gathered(tiles)
+    gathered(tiles, surface.area())
 }
 
 /// Traces a ray through each of some places of the image, in pixels from its upper left corner. `pixels` of
@@ -60,14 +60,14 @@ pub fn look_at(view: &View, surface: &dyn Surface, places: &[[f32; 2]]) -> Seen 
             places.iter().enumerate().filter_map(hit).collect()
         })
         .collect();
-    gathered(found)
+    gathered(found, surface.area())
 }
 
-fn gathered(tiles: Vec<Vec<(u32, SurfacePoint, Vec3, Footprint)>>) -> Seen {
+fn gathered(tiles: Vec<Vec<(u32, SurfacePoint, Vec3, Footprint)>>, area: f32) -> Seen {
     let hits = tiles.iter().map(Vec::len).sum();
     let mut seen = Seen { points: SurfacePoints::with_capacity(hits), pixels: Vec::with_capacity(hits) };
     for (pixel, point, direction, footprint) in tiles.into_iter().flatten() {
-        seen.points.push(point, direction, footprint);
+        seen.points.push(point, direction, footprint, area);
         seen.pixels.push(pixel);
     }
     seen

@@ -1,9 +1,12 @@
 //! Shading points, listed by an embedder.
 
 use crate::{Error, RendererServices};
-use osl_exec::{Datum, PointSource};
+use osl_exec::{Datum, PointSource, left_handed};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
+
+/// The normal of points without one.
+const NORMAL: [f32; 3] = [0.0, 0.0, 1.0];
 
 /// Points to shade, in common space: arrays with one element per point. Globals that are not set are uniform:
 /// `P` and `I` are 0, `N` and `Ng` are (0, 0, 1), `dPdu` and `dPdv` are the x and y axes, everything else is
@@ -133,7 +136,21 @@ impl Points {
     /// needs them.
     #[must_use]
     pub fn p_derivs(self, dx: &[[f32; 3]], dy: &[[f32; 3]]) -> Points {
-        self.with_derivs(Global::P, [parts(dx), parts(dy)])
+        let mut points = self.with_derivs(Global::P, [parts(dx), parts(dy)]);
+        if !points.varying.contains(&Global::LeftHanded) {
+            points.varying.push(Global::LeftHanded);
+        }
+        points
+    }
+
+    /// [`Global::LeftHanded`] at a point; points after the last one are like it.
+    fn left_handed(&self, at: usize) -> f32 {
+        let at = at.min(self.count.saturating_sub(1));
+        let triple = |parts: &[Vec<f32>]| [0, 1, 2].map(|c| part(parts, c, at));
+        let n = self.columns.iter().find(|c| c.global == Global::N);
+        let n = n.map_or(NORMAL, |column| triple(&column.parts));
+        let p = self.derivs.iter().find(|derivs| derivs.global == Global::P);
+        p.map_or(0.0, |Derivs { axes: [x, y], .. }| left_handed(triple(x), triple(y), n))
     }
 
     /// Whether all arrays have the right length.
@@ -153,6 +170,10 @@ impl Points {
 pub(crate) struct Source<'a> {
     pub(crate) points: &'a Points,
     pub(crate) services: &'a dyn RendererServices,
+}
+
+fn part(parts: &[Vec<f32>], component: usize, at: usize) -> f32 {
+    parts.get(component).and_then(|list| list.get(at)).copied().unwrap_or_default()
 }
 
 /// Copies values from `first` on; the last value repeats after the end.
@@ -177,7 +198,7 @@ impl PointSource for Source<'_> {
 
     fn uniform(&self, global: Global) -> [f32; 3] {
         match global {
-            Global::N | Global::Ng => [0.0, 0.0, 1.0],
+            Global::N | Global::Ng => NORMAL,
             Global::DPdu => [1.0, 0.0, 0.0],
             Global::DPdv => [0.0, 1.0, 0.0],
             _ => [0.0; 3],
@@ -189,7 +210,10 @@ impl PointSource for Source<'_> {
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
-        if let Some(column) = self.points.columns.iter().find(|c| c.global == global) {
+        if global == Global::LeftHanded {
+            let at = |lane: usize| self.points.left_handed(first + lane);
+            lanes.iter_mut().take(width).enumerate().for_each(|(lane, out)| *out = at(lane));
+        } else if let Some(column) = self.points.columns.iter().find(|c| c.global == global) {
             copy(&column.parts, first, width, lanes);
         }
     }

@@ -49,6 +49,20 @@ fn points_are_the_callers_own() {
 }
 
 #[test]
+fn normals_of_positions_are_on_the_side_of_the_normal() {
+    let text = "shader s(output normal n = 0) { n = calculatenormal(P); }";
+    let program = Group::new().layer("s", &shader(text)).compile(&[]).unwrap();
+    let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    let of = |points: Points| program.run(&points).unwrap().triples("n").unwrap();
+    // The second point is left-handed; the third has no area.
+    let derivs = Points::new(3).p_derivs(&[x, y, x], &[y, x, x]);
+    assert_eq!(of(derivs.clone()), [z, z, [0.0; 3]]);
+    let below = [0.0, 0.0, -1.0];
+    assert_eq!(of(derivs.n(&[below; 3])), [below, below, [0.0; 3]]);
+    assert_eq!(of(Points::new(1)), [[0.0; 3]]);
+}
+
+#[test]
 fn values_of_all_types_reach_their_parameters() {
     let all = shader(
         "struct pair { float a; int b; };

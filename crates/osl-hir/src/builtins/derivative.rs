@@ -1,7 +1,8 @@
 //! The changes of values from a pixel to its neighbours.
 
 use super::{Builtin, Composed, Differentiates, Emitted, Site};
-use osl_ir::ir::{Axis, Builder, LaneOp, ValueId};
+use osl_ir::global::Global;
+use osl_ir::ir::{Axis, Builder, Kind, LaneOp, ValueId};
 
 const EACH: &[&str] = &["f(f)", "v(p)", "v(v)", "v(n)", "c(c)"];
 
@@ -81,9 +82,9 @@ pub(super) static ROWS: &[Builtin] = &[
         "calculatenormal",
         &["v(p)"],
         "p",
-        |b, s| across(b, s.arg(0)).into(),
-        "Returns the normal of the surface that the position `p` describes, Dx(p) x Dy(p); its length \
-         is not 1.",
+        calculatenormal,
+        "Returns the normal of the surface that the position `p` describes: Dx(p) x Dy(p), or \
+         Dy(p) x Dx(p) where Dx(P) x Dy(P) points away from N. Its length is not 1.",
     )
     .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
@@ -128,6 +129,17 @@ fn width(b: &mut Builder, of: ValueId) -> ValueId {
 fn across(b: &mut Builder, of: ValueId) -> ValueId {
     let [x, y] = Axis::BOTH.map(|axis| b.derivative(of, axis));
     b.lane(LaneOp::Cross, &[x, y])
+}
+
+/// The product of the changes, with the sign for the handedness of the image.
+fn calculatenormal(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let normal = across(b, s.arg(0));
+    let flipped = b.global(Global::LeftHanded, Kind::Float);
+    // 1 or -1: uniform on a grid, where it costs one product.
+    let (one, two) = (b.float(1.0), b.float(2.0));
+    let twice = b.lane(LaneOp::FMul, &[two, flipped]);
+    let sign = b.lane(LaneOp::FSub, &[one, twice]);
+    b.lane(LaneOp::FMul, &[normal, sign]).into()
 }
 
 fn aastep(b: &mut Builder, s: &Site<'_>) -> Emitted {

@@ -103,10 +103,13 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f()"],
         "",
         |b, _| b.global(Global::SurfaceArea, Kind::Float).into(),
-        "Returns the area of the light whose surface is shaded.",
+        "Returns the area of the shaded surface. Lights divide their power by it.",
     )
     .derivatives("zero")
-    .extremes("The result is 0 if the renderer does not provide the area.")
+    .extremes(
+        "The result is 1 on the unit patch, inf on a plane without end, and 0 if the renderer does not \
+         provide the area.",
+    )
     .example("float a = surfacearea();"),
     Builtin::compose(
         "isconnected",

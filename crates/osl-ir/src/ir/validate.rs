@@ -54,7 +54,7 @@ fn global_kind(global: Global) -> Kind {
         | Global::Ps
         | Global::DPdtime => Kind::Triple,
         Global::U | Global::V | Global::Time | Global::Dtime => Kind::Float,
-        Global::SurfaceArea | Global::Backfacing => Kind::Float,
+        Global::SurfaceArea | Global::Backfacing | Global::LeftHanded => Kind::Float,
         Global::Ci => Kind::Closure,
     }
 }

@@ -52,7 +52,13 @@ impl OnePoint<'_> {
         let mut value = [0.0; 3];
         let scalar = matches!(
             global,
-            Global::U | Global::V | Global::Time | Global::Dtime | Global::SurfaceArea | Global::Backfacing
+            Global::U
+                | Global::V
+                | Global::Time
+                | Global::Dtime
+                | Global::SurfaceArea
+                | Global::Backfacing
+                | Global::LeftHanded
         );
         fill(&mut value[..if scalar { 1 } else { 3 }]);
         value

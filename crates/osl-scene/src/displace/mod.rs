@@ -44,6 +44,7 @@ impl Triangles {
         }
         let several = self.places.len() > first.len();
         let mut points = SurfacePoints::with_capacity(first.len());
+        let area = self.area();
         for (place, vertex) in first.into_iter().enumerate() {
             let own = self.normals.get(vertex).copied().unwrap_or(Vec3::Z);
             let flat = normals.get(place).copied().unwrap_or_default().normalize_or(own);
@@ -58,7 +59,7 @@ impl Triangles {
                 dpdv: get(&self.dpdv),
             };
             let side = sides.get(place).copied().unwrap_or_default();
-            points.push(point, -point.n, Footprint::square(&point, side));
+            points.push(point, -point.n, Footprint::square(&point, side), area);
         }
         points
     }

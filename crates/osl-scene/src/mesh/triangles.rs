@@ -109,6 +109,15 @@ impl Triangles {
         Bounds::of(self.positions.iter().copied())
     }
 
+    /// The sum of the triangles' areas.
+    pub fn area(&self) -> f32 {
+        let doubled = |triangle: usize| {
+            let [a, b, c] = self.corners(triangle).map(|p| p.as_dvec3());
+            (b - a).cross(c - a).length()
+        };
+        ((0..self.indices.len()).map(doubled).sum::<f64>() * 0.5) as f32
+    }
+
     /// The point of a triangle at barycentric coordinates: the weights of its second and third corner.
     pub fn point(&self, triangle: usize, barycentric: [f32; 2]) -> SurfacePoint {
         let [b, c] = barycentric;

@@ -40,7 +40,7 @@ pub(super) fn shade(
     };
     let mut points = SurfacePoints::with_capacity(hits.len());
     for hit in hits {
-        points.push(hit.hit.point, hit.incident, hit.footprint);
+        points.push(hit.hit.point, hit.incident, hit.footprint, world.area(hit.hit.object));
     }
     if let Some([scale, offset]) = stretch {
         points.stretch(*scale, *offset);

@@ -3,7 +3,7 @@
 use crate::camera::View;
 use crate::light::{Sky, SphereLight};
 use crate::mesh::{Bounds, SurfacePoint};
-use crate::shape::{Placed, Shape, Solid, Surface};
+use crate::shape::{Placed, Solid, Surface};
 #[cfg(doc)]
 use crate::surface_points::SurfacePoints;
 use glam::{Vec2, Vec3};
@@ -17,7 +17,7 @@ pub enum Body {
     /// Triangles, in common space.
     Solid(Solid),
     /// A shape with a formula.
-    Shape(Placed<Shape>),
+    Shape(Placed),
 }
 
 impl Body {
@@ -62,6 +62,13 @@ impl Surface for Body {
         match self {
             Body::Solid(solid) => solid.reach(),
             Body::Shape(shape) => shape.reach(),
+        }
+    }
+
+    fn area(&self) -> f32 {
+        match self {
+            Body::Solid(solid) => solid.area(),
+            Body::Shape(shape) => shape.area(),
         }
     }
 }
@@ -167,6 +174,11 @@ impl World {
             }
         }
         best
+    }
+
+    /// The area of an object's surface; infinite for a plane.
+    pub(super) fn area(&self, object: Option<usize>) -> f32 {
+        object.and_then(|index| self.objects.get(index)).map_or(f32::INFINITY, |object| object.body.area())
     }
 
     /// Whether anything obstructs a ray.

@@ -185,7 +185,7 @@ fn with_spaces(mut services: Services, matrix: &Mat4, view: &View) -> Services {
     let rows = matrix.to_cols_array();
     services.spaces.set("object", rows);
     services.spaces.set("shader", rows);
-    view.set_spaces(&mut services.spaces, 0.01, 1e6);
+    view.set_spaces(&mut services.spaces, view.sight() * 0.01, view.sight() * 100.0);
     services
 }
 
@@ -243,7 +243,7 @@ fn shaded_sky(
         let derivs = [at(uv + dx) - p, at(uv + dy) - p];
         let [dpdu, dpdv] = [derivs[0] / step[0], derivs[1] / step[1]];
         let footprint = Footprint { p: derivs, uv: [dx, dy], i: derivs };
-        points.push(SurfacePoint { p, n: -p, ng: -p, uv, dpdu, dpdv }, p, footprint);
+        points.push(SurfacePoint { p, n: -p, ng: -p, uv, dpdu, dpdv }, p, footprint, 0.0);
     }
     let frame = run(&network.program, services, &points, network.closure, messages.limits());
     let frame = frame

@@ -4,6 +4,7 @@
 //! the normal points along `dPdu × dPdv` and outwards; u increases to the right for a view along −z. This
 //! module must not know cameras or shaders.
 
+mod area;
 mod hit;
 mod solve;
 mod tessellate;
@@ -71,6 +72,9 @@ pub trait Surface: Sync {
     fn reach(&self) -> f32 {
         self.bounds().radius()
     }
+
+    /// The area of its surface.
+    fn area(&self) -> f32;
 }
 
 /// The directions of u and v on the faces of a cube.
@@ -190,6 +194,10 @@ impl Surface for Shape {
             Shape::Plane { .. } | Shape::Cube { .. } => self.bounds().radius(),
         }
     }
+
+    fn area(&self) -> f32 {
+        self.area_after(&Mat4::IDENTITY)
+    }
 }
 
 /// Triangles with their tree for ray intersection.
@@ -198,13 +206,14 @@ pub struct Solid {
     pub triangles: Triangles,
     /// The tree.
     pub bvh: Bvh,
+    area: f32,
 }
 
 impl Solid {
     /// Builds the tree of the triangles.
     pub fn new(triangles: Triangles) -> Solid {
-        let bvh = Bvh::new(&triangles);
-        Solid { triangles, bvh }
+        let (bvh, area) = (Bvh::new(&triangles), triangles.area());
+        Solid { triangles, bvh, area }
     }
 }
 
@@ -222,25 +231,30 @@ impl Surface for Solid {
         let center = self.bounds().center();
         self.triangles.positions.iter().map(|p| p.distance(center)).fold(0.0, f32::max)
     }
-}
 
-/// A surface with a transformation.
-pub struct Placed<S> {
-    surface: S,
-    to_common: Mat4,
-    from_common: Mat4,
-}
-
-impl<S> Placed<S> {
-    /// Transforms a surface by a matrix; `None` if the matrix is singular.
-    pub fn new(surface: S, to_common: Mat4) -> Option<Placed<S>> {
-        let from_common = to_common.inverse();
-        let sound = to_common.is_finite() && from_common.is_finite() && to_common.determinant() != 0.0;
-        sound.then_some(Placed { surface, to_common, from_common })
+    fn area(&self) -> f32 {
+        self.area
     }
 }
 
-impl<S: Surface> Surface for Placed<S> {
+/// A shape with a transformation.
+pub struct Placed {
+    surface: Shape,
+    to_common: Mat4,
+    from_common: Mat4,
+    area: f32,
+}
+
+impl Placed {
+    /// Transforms a shape by a matrix; `None` if the matrix is singular.
+    pub fn new(surface: Shape, to_common: Mat4) -> Option<Placed> {
+        let from_common = to_common.inverse();
+        let sound = to_common.is_finite() && from_common.is_finite() && to_common.determinant() != 0.0;
+        sound.then(|| Placed { surface, to_common, from_common, area: surface.area_after(&to_common) })
+    }
+}
+
+impl Surface for Placed {
     fn hit(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> Option<(f32, SurfacePoint)> {
         // Distances are in units of the direction's length, so they are the same on both sides.
         let origin = self.from_common.transform_point3(origin);
@@ -267,5 +281,9 @@ impl<S: Surface> Surface for Placed<S> {
         let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| self.to_common.transform_vector3(axis).length());
         let stretch = axes.into_iter().fold(0.0, f32::max);
         (self.surface.reach() * stretch).min(self.bounds().radius())
+    }
+
+    fn area(&self) -> f32 {
+        self.area
     }
 }

@@ -1,7 +1,7 @@
 //! Points of shapes for the batch interpreter.
 
 use super::shapes::Point;
-use osl_exec::{Datum, PointSource};
+use osl_exec::{Datum, PointSource, left_handed};
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const};
 
@@ -15,7 +15,7 @@ pub(super) struct Attributes {
 }
 
 /// The globals that differ from point to point. Programs are compiled for these.
-pub const VARYING: [Global; 10] = [
+pub const VARYING: [Global; 11] = [
     Global::P,
     Global::I,
     Global::N,
@@ -26,6 +26,7 @@ pub const VARYING: [Global; 10] = [
     Global::DPdv,
     Global::Backfacing,
     Global::SurfaceArea,
+    Global::LeftHanded,
 ];
 /// The globals with derivatives.
 pub const DERIVS: [Global; 4] = [Global::P, Global::I, Global::U, Global::V];
@@ -83,6 +84,10 @@ impl PointSource for Points<'_> {
             Global::DPdv => p.dpdv.to_array(),
             Global::Backfacing => one(f32::from(u8::from(p.backfacing))),
             Global::SurfaceArea => one(p.area),
+            Global::LeftHanded => {
+                let [dx, dy] = p.p.derivs.map(|d| d.to_array());
+                one(left_handed(dx, dy, p.n.to_array()))
+            }
             _ => [0.0; 3],
         });
     }

@@ -164,8 +164,38 @@ fn what_is_moved_is_hit_where_it_is() {
             compared += 1;
         }
         assert!(compared > 20, "{name}: {compared}");
+        let (a, b) = (placed.area(), solid.area());
+        assert!((a - b).abs() < 0.01 * a, "{name}: {a} {b}");
     }
     assert!(Placed::new(Shape::named("cube").unwrap(), Mat4::from_scale(Vec3::new(1.0, 0.0, 1.0))).is_none());
+}
+
+#[test]
+fn areas_are_those_of_the_formulas() {
+    use std::f32::consts::{PI, TAU};
+    let close = |found: f32, wanted: f32| (found - wanted).abs() <= 1e-6 * wanted;
+    let known = [
+        (Shape::Sphere { radius: 3.5 }, 4.0 * PI * 3.5 * 3.5),
+        (Shape::Cylinder { radius: 0.5, height: 7.0 }, TAU * 0.5 * 7.0),
+        (Shape::Torus { major: 5.0, minor: 0.25 }, TAU * TAU * 5.0 * 0.25),
+        (Shape::Plane { size: 3.0, bounded: true }, 9.0),
+        (Shape::Cube { size: 3.0 }, 54.0),
+    ];
+    let turned = Mat4::from_rotation_x(1.0) * Mat4::from_translation(Vec3::ONE);
+    for (shape, area) in known {
+        assert!(close(shape.area(), area), "{shape:?}: {}", shape.area());
+        let larger = Placed::new(shape, turned * Mat4::from_scale(Vec3::splat(-3.0))).unwrap();
+        assert!(close(larger.area(), 9.0 * area), "{shape:?}: {}", larger.area());
+    }
+    assert_eq!(Shape::Plane { size: 1.0, bounded: false }.area(), f32::INFINITY);
+    // A prolate and an oblate spheroid, and a flat box.
+    let stretched = |name: &str, x: f32, y: f32, z: f32| {
+        Placed::new(Shape::named(name).unwrap(), Mat4::from_scale(Vec3::new(x, y, z))).unwrap().area()
+    };
+    let bend = 0.75_f32.sqrt();
+    assert!(close(stretched("sphere", 1.0, 2.0, 1.0), TAU * (1.0 + 2.0 / bend * bend.asin())));
+    assert!(close(stretched("sphere", 2.0, 1.0, 2.0), TAU * (4.0 + 1.0 / bend * bend.atanh())));
+    assert!(close(stretched("cube", 1.0, 0.5, 2.0), 2.0 * (2.0 + 8.0 + 4.0)));
 }
 
 #[test]

@@ -33,7 +33,7 @@ pub(super) fn points(args: &RunArgs) -> Crop {
     }
 }
 
-/// The spaces of a grid: the spaces of the image can only be the target of a transformation.
+/// The spaces of a grid, with those of the image.
 pub(super) fn grid_spaces(args: &RunArgs) -> Spaces {
     let mut spaces = Spaces::default();
     set_screen_spaces(&mut spaces, args.grid.0, args.grid.1);

@@ -269,7 +269,7 @@ impl<'a> Job<'a> {
         }
     }
 
-    fn placed(&self, shape: Shape) -> Result<Placed<Shape>, Failure> {
+    fn placed(&self, shape: Shape) -> Result<Placed, Failure> {
         Placed::new(shape, self.to_common)
             .ok_or_else(|| Failure::usage("--object-space is to be a matrix that can be inverted"))
     }
