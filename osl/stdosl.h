@@ -1,6 +1,7 @@
 // The standard header of OSL as oslrun reads it before the first line of every shader.
 //
-// It holds what OSL can say itself: the constants. Built-in functions stand in the compiler's own table.
+// It holds what OSL can say itself: the constants, and what later versions of the language do otherwise. Built-in
+// functions stand in the compiler's own table.
 // Values: OSL language specification, mathematical constants.
 
 #ifndef STDOSL_H
@@ -22,6 +23,26 @@
 #define M_LOG10E 0.4342944819032518     // log10(e)
 #define M_SQRT2 1.4142135623730950      // sqrt(2)
 #define M_SQRT1_2 0.7071067811865475    // sqrt(1/2)
+#endif
+
+#if OSL_VERSION >= 11502
+// Before, the built-in function clamps x to the edges, which gives another ramp where edge0 is above edge1.
+float linearstep(float edge0, float edge1, float x)
+{
+    return edge0 == edge1 ? step(edge0, x) : clamp((x - edge0) / (edge1 - edge0), 0.0, 1.0);
+}
+
+color linearstep(color edge0, color edge1, color x)
+{
+    return color(linearstep(edge0[0], edge1[0], x[0]), linearstep(edge0[1], edge1[1], x[1]),
+                 linearstep(edge0[2], edge1[2], x[2]));
+}
+
+vector linearstep(vector edge0, vector edge1, vector x)
+{
+    return vector(linearstep(edge0[0], edge1[0], x[0]), linearstep(edge0[1], edge1[1], x[1]),
+                  linearstep(edge0[2], edge1[2], x[2]));
+}
 #endif
 
 #endif

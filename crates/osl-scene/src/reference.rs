@@ -16,12 +16,14 @@ pub struct ReferenceRenderer {
     pub vary: Vec<Global>,
     /// Data of the primitive: name and value.
     pub data: Vec<(String, Datum)>,
+    /// The answer to `osl:version`.
+    pub version: i32,
 }
 
 impl ReferenceRenderer {
     /// The renderer of a grid, without additional data.
     pub fn new(grid: Grid) -> ReferenceRenderer {
-        ReferenceRenderer { grid, vary: Vec::new(), data: Vec::new() }
+        ReferenceRenderer { grid, vary: Vec::new(), data: Vec::new(), version: 11312 }
     }
 
     /// Its named spaces.
@@ -164,7 +166,7 @@ impl ReferenceRenderer {
         let aspect = self.grid.width as f32 / self.grid.height as f32;
         let floats = |list: &[f32]| Some(Datum::array(list.iter().map(|x| Const::Float(*x)).collect()));
         match name {
-            "osl:version" => Some(Datum::one(Const::Int(11312))),
+            "osl:version" => Some(Datum::one(Const::Int(self.version))),
             "camera:resolution" => {
                 let side = |n: usize| Const::Int(n as i32);
                 Some(Datum::array(vec![side(self.grid.width), side(self.grid.height)]))

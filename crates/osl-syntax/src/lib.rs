@@ -50,11 +50,48 @@ pub enum Reports {
     AsReference,
 }
 
+/// A version of the language. What differs is in `stdosl.h`, which asks for [`Version::numbers`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Version {
+    /// 1.13, up to 1.15.1.
+    #[default]
+    V1_13,
+    /// 1.15.2 and later.
+    V1_15,
+}
+
+impl Version {
+    /// The version with a short name, `1.13` or `1.15`.
+    pub fn named(name: &str) -> Option<Version> {
+        match name {
+            "1.13" => Some(Version::V1_13),
+            "1.15" => Some(Version::V1_15),
+            _ => None,
+        }
+    }
+
+    /// Major, minor and patch number: the values of the macros `OSL_VERSION_MAJOR` and so on.
+    pub fn numbers(self) -> [u32; 3] {
+        match self {
+            Version::V1_13 => [1, 13, 12],
+            Version::V1_15 => [1, 15, 2],
+        }
+    }
+
+    /// The value of the macro `OSL_VERSION`.
+    pub fn number(self) -> u32 {
+        let [major, minor, patch] = self.numbers();
+        10_000 * major + 100 * minor + patch
+    }
+}
+
 /// How to read a file, and how much of it.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Accept exactly what `oslc` accepts: quirks are errors.
     pub strict: bool,
+    /// The version of the language.
+    pub version: Version,
     /// How often a mistake is reported.
     pub reports: Reports,
     /// Macros to define first, as `-Dname=value` does.

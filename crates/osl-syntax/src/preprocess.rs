@@ -25,9 +25,6 @@ use std::borrow::Cow;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// The version of the reference that the version macros report.
-const VERSION: [u32; 3] = [1, 13, 12];
-
 /// The result of preprocessing.
 pub(crate) struct Preprocessed {
     pub(crate) tokens: Vec<PpToken>,
@@ -191,19 +188,18 @@ impl<'a> Preprocessor<'a> {
     /// compiler's.
     fn enter_standard(&mut self) {
         match self.provider.standard() {
-            Some(Ok((name, text))) => {
-                self.enter_text(&name, text, Span::default());
-                // It repeats what the compiler knows, so its warnings are suppressed.
-                self.nowarn.extend(self.files.last().map(|file| file.span(0, file.text.len())));
-            }
+            Some(Ok((name, text))) => self.enter_text(&name, text, Span::default()),
             Some(Err(why)) => {
                 let d = errors::include_not_found(Span::default(), headers::STANDARD, &why, (true, None));
                 self.diagnostics.push(d);
+                return;
             }
             None => {
                 self.enter_built_in(headers::STANDARD, Span::default());
             }
         }
+        // It repeats what the compiler knows, so its warnings are suppressed.
+        self.nowarn.extend(self.files.last().map(|file| file.span(0, file.text.len())));
     }
 
     /// Enters a header that comes with the compiler, unless `#pragma once` prevents it. Returns whether the
@@ -218,11 +214,12 @@ impl<'a> Preprocessor<'a> {
 
     /// Defines the version macros and the macros from the options, in a separate file before the main one.
     fn predefine(&mut self) {
-        let [major, minor, patch] = VERSION;
+        let version = self.options.version;
+        let [major, minor, patch] = version.numbers();
         let mut text = format!(
             "#define OSL_VERSION_MAJOR {major}\n#define OSL_VERSION_MINOR {minor}\n#define OSL_VERSION_PATCH {patch}\n\
              #define OSL_VERSION {}\n",
-            10_000 * major + 100 * minor + patch
+            version.number()
         );
         for (name, value) in &self.options.defines {
             // A line break would start another directive.

@@ -126,6 +126,7 @@ pub use options::{CompileOptions, ReadOptions, RunOptions};
 pub use osl_exec::{Arithmetic, Isa};
 #[doc(inline)]
 pub use osl_limits::{Cancel, Halt, Limits};
+pub use osl_syntax::Version;
 pub use param::{Base, Length, Metadata, Param, Struct, Type};
 pub use points::Points;
 pub use program::{Message, Outputs, Program};

@@ -2,6 +2,7 @@
 
 use osl_exec::{Arithmetic, Isa};
 use osl_limits::{Cancel, Limits};
+use osl_syntax::Version;
 use std::fmt;
 use std::sync::Arc;
 
@@ -20,6 +21,8 @@ pub struct ReadOptions {
     pub defines: Vec<(String, String)>,
     /// Whether to accept only what the reference compiler accepts.
     pub strict: bool,
+    /// The version of the language.
+    pub version: Version,
     /// The limits of reading.
     pub limits: Limits,
 }
@@ -39,6 +42,13 @@ impl ReadOptions {
         self
     }
 
+    /// Sets the version of the language.
+    #[must_use]
+    pub fn version(mut self, version: Version) -> ReadOptions {
+        self.version = version;
+        self
+    }
+
     /// Sets the limits of reading.
     #[must_use]
     pub fn limits(mut self, limits: &Limits) -> ReadOptions {
@@ -47,8 +57,8 @@ impl ReadOptions {
     }
 
     pub(crate) fn inner(&self) -> osl_syntax::Options {
-        let ReadOptions { defines, strict, limits } = self.clone();
-        osl_syntax::Options { defines, strict, limits, ..osl_syntax::Options::default() }
+        let ReadOptions { defines, strict, version, limits } = self.clone();
+        osl_syntax::Options { defines, strict, version, limits, ..osl_syntax::Options::default() }
     }
 }
 

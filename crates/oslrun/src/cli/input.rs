@@ -256,6 +256,7 @@ pub(super) fn options(args: &ReadArgs) -> Options {
     });
     Options {
         strict: args.strict_syntax,
+        version: args.osl_version.unwrap_or_default(),
         defines: defines.collect(),
         limits: args.limits.limits().clone(),
         ..Options::default()

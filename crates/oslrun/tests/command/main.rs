@@ -55,3 +55,4 @@ mod tap;
 mod testshade;
 mod told;
 mod tools;
+mod versions;

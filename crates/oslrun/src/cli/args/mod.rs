@@ -25,6 +25,7 @@ use osl_lower::taps::TapPath;
 use osl_measure::sample::{FilterKind, MAX_SAMPLES, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
+use osl_syntax::Version;
 use std::path::PathBuf;
 use std::time::Duration;
 use values::{
@@ -74,6 +75,10 @@ pub(super) struct ReadArgs {
     /// Accept exactly what the reference compiler accepts.
     #[arg(long, help_heading = heading::READING)]
     pub(super) strict_syntax: bool,
+    /// Version of the language, 1.13 or 1.15 (default: 1.13): the value of OSL_VERSION, and what linearstep
+    /// returns where its first edge is above the second.
+    #[arg(long, value_name = "VERSION", value_parser = version, help_heading = heading::READING)]
+    pub(super) osl_version: Option<Version>,
     /// How errors and warnings are printed.
     #[arg(long, value_enum, default_value_t, help_heading = heading::MESSAGES)]
     pub(super) message_format: MessageFormat,
@@ -83,6 +88,12 @@ pub(super) struct ReadArgs {
     /// The limits of the command.
     #[command(flatten)]
     pub(super) limits: LimitArgs,
+}
+
+/// The version with a name.
+pub(super) fn version(name: &str) -> Result<Version, String> {
+    Version::named(name)
+        .ok_or_else(|| format!("the versions of the language are 1.13 and 1.15, not `{name}`"))
 }
 
 /// How errors and warnings are printed.

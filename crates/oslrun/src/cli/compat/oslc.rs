@@ -4,7 +4,7 @@
 //! `FILE:LINE: error: …` and are repeated as often as in the reference. Lints are not reported.
 
 use super::Console;
-use crate::cli::args::{Reach, ReadArgs};
+use crate::cli::args::{Reach, ReadArgs, version};
 use crate::cli::input;
 use osl::stages::{self, Checked};
 use osl_files::{SaveError, Unsaved};
@@ -25,6 +25,7 @@ Options:
   -DNAME[=VALUE]    Define a macro
   -UNAME            Undefine a macro
   -E                Print the preprocessed source
+  --osl-version N   Version of the language: 1.13 (the usual one) or 1.15
   -Werror           Make errors of warnings
   -M, -MM           Print the files that were read as a rule for make, and compile silently; -MM leaves stdosl.h out
   -MD, -MMD         The same into a file: that of the source with the ending .d
@@ -77,10 +78,17 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
     let mut rest = args.iter();
     while let Some(arg) = rest.next() {
         let word = match arg.as_str() {
-            "-o" | "-MF" | "-MT" => rest.next().map(String::as_str).ok_or(arg),
+            "-o" | "-MF" | "-MT" | "--osl-version" => rest.next().map(String::as_str).ok_or(arg),
             _ => Ok(""),
         };
         match word {
+            Ok(word) if arg == "--osl-version" => match version(word) {
+                Ok(version) => job.read.osl_version = Some(version),
+                Err(why) => {
+                    let _ = writeln!(console.err, "error: {why}");
+                    return 1;
+                }
+            },
             Ok(word) => job.argument(arg, word),
             Err(option) => {
                 let _ = writeln!(console.err, "error: {option} needs a word after it");

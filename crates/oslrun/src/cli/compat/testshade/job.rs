@@ -2,6 +2,7 @@
 
 use super::super::options::Item;
 use super::super::settings::{self, Settings};
+use crate::cli::args;
 use osl_exec::Datum;
 use osl_image::Samples;
 use osl_ir::global::Global;
@@ -9,6 +10,7 @@ use osl_ir::ir::Const;
 use osl_ir::types::{Base, Extent, Type};
 use osl_lower::group::text::{Statement, Word};
 use osl_scene::{Grid, ReferenceRenderer};
+use osl_syntax::Version;
 use osl_syntax::span::Span;
 use std::path::PathBuf;
 
@@ -31,6 +33,8 @@ pub(super) struct Job {
     /// The name that the command line gives the group.
     pub(super) group_name: Option<String>,
     pub(super) settings: Settings,
+    /// The version of the language.
+    pub(super) version: Version,
     /// Folders to search for textures.
     pub(super) texture_path: Vec<PathBuf>,
     /// Where to write the text of the group.
@@ -69,6 +73,7 @@ impl Job {
         let mut renderer = ReferenceRenderer::new(self.grid.clone());
         renderer.vary.clone_from(&self.vary);
         renderer.data.clone_from(&self.data);
+        renderer.version = self.version.number() as i32;
         renderer
     }
 }
@@ -87,6 +92,7 @@ pub(super) fn read(items: Vec<Item>, most: u64) -> Result<Order, String> {
         connections: Vec::new(),
         group_name: None,
         settings: Settings::default(),
+        version: Version::default(),
         texture_path: Vec::new(),
         archive: None,
         verbose: false,
@@ -171,6 +177,9 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
             }
         }
         "colorspace" => job.settings.color_space = text(0).to_string(),
+        "osl-version" => {
+            job.version = args::version(text(0)).map_err(|why| format!("testshade: {why}"))?;
+        }
         "userdata_isconnected" => job.settings.userdata_isconnected = true,
         "debugnan" => job.settings.debug_nan = true,
         "debuguninit" => job.settings.debug_uninit = true,

@@ -63,6 +63,7 @@ const KNOWN: &[ToolOption] = &[
     o("runstats", 0, "Print times"),
     o("stats", 0, "The same"),
     o("colorspace", 1, "Color space of the shaders: Rec709, sRGB, ACEScg and ten others"),
+    o("osl-version", 1, "Version of the language: 1.13 (the usual one) or 1.15"),
     o(
         "options",
         1,
@@ -136,8 +137,8 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     };
     let started = Instant::now();
     let primaries = job.settings.primaries(console);
-    let limits = console.limits.limits();
-    let options = osl_syntax::Options { limits: limits.clone(), ..osl_syntax::Options::default() };
+    let (limits, version) = (console.limits.limits().clone(), job.version);
+    let options = osl_syntax::Options { limits, version, ..osl_syntax::Options::default() };
     let shaders = setup::folders(&job, console.limits);
     let (mut group, sources) = setup::group(&job, &shaders, &options, console)?;
     let outputs = show::outputs(&group, &job);
@@ -156,7 +157,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let renderer = job.renderer();
     let mut spaces = renderer.spaces();
     spaces.set(&job.settings.common_space, osl_numeric::matrix::diagonal(1.0));
-    let textures = setup::textures(&job, limits);
+    let textures = setup::textures(&job, console.limits.limits());
     let services = Services { ray: job.raytype.clone(), spaces, textures, reference_texts: true };
     let mut teller = Teller::new(&sources, &job.settings);
     let mut last = None;
