@@ -273,7 +273,7 @@ fn weighted<R: Real>(row: Triple<R>, white: Triple<R>) -> Triple<R> {
 
 /// The inverse of a matrix that is known to be invertible: adjugate over determinant.
 #[inline(always)]
-fn inverse<R: Real>(m: &Matrix3<R>) -> Matrix3<R> {
+pub(crate) fn inverse<R: Real>(m: &Matrix3<R>) -> Matrix3<R> {
     let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
     let adjugate = [
         minor(4, 8, 7, 5),

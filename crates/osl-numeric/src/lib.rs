@@ -57,6 +57,7 @@ pub mod interval;
 pub mod lane;
 pub mod library_constants;
 pub mod matrix;
+pub mod named;
 mod op;
 pub mod real;
 pub mod remainder;

@@ -198,6 +198,9 @@ macro_rules! for_each_lane_op {
             LuminanceIn "luminance.in" whole (T, I) -> F, lane::luminance_in, system smooth fused everywhere, linear_in;
             BlackbodyIn "blackbody.in" whole (F, I) -> T, spectrum::blackbody_in, spectrum smooth strict everywhere, zero;
             WavelengthIn "wavelength_color.in" whole (F, I) -> T, spectrum::wavelength_in, spectrum smooth strict everywhere, zero;
+            // Between linear RGB and a named space: the conversion with a number.
+            ConvertNamed "convert_named" whole (T, I) -> T, named::convert, system smooth strict everywhere, named;
+            ConvertNamedTangent "convert_named.tangent" whole (T, T, I) -> T, named::tangent, system smooth strict everywhere, zero;
         }
     };
 }
@@ -411,9 +414,9 @@ pub const MAX_ARGS: usize = {
 };
 
 impl LaneOp {
-    /// Whether the first operand is a color and the second one the number of an RGB system.
-    pub fn takes_system(self) -> bool {
-        matches!(self, LaneOp::XyzToRgbIn | LaneOp::RgbToXyzIn)
+    /// Whether the first operand is a color and the second one the number of an RGB system or of a conversion.
+    pub fn takes_number(self) -> bool {
+        matches!(self, LaneOp::XyzToRgbIn | LaneOp::RgbToXyzIn | LaneOp::ConvertNamed)
     }
 
     /// Whether the fast arithmetic computes it by a cheaper formula, a function of `numeric::fast`.

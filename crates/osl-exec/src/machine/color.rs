@@ -10,7 +10,8 @@ use osl_ir::ir::LaneOp;
 use osl_lanes::Element;
 use osl_numeric::Number;
 use osl_numeric::color::ColorSystem;
-use osl_numeric::spaces;
+use osl_numeric::named;
+use osl_numeric::spaces::Path;
 
 impl<A: ArithmeticImpl> Machine<'_, A> {
     /// The matrix between two spaces, and a message for each unknown space, which counts as common space.
@@ -83,23 +84,24 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let [out] = &step.outs[..] else { return };
         for lane in self.lanes(&step.outs, mask) {
             let ([from, to, color] | [from, to, color, _]) = step.args[..] else { return };
-            // The number of the RGB system, if it is not the default.
-            let number = step.args.get(3).map_or(0, |system| self.bits(*system, lane) as i32);
+            // The number of the RGB system, if one is set.
+            let system = step.args.get(3).map(|system| self.bits(*system, lane) as i32);
             let (from, to) = (&self.text(self.bits(from, lane)), &self.text(self.bits(to, lane)));
             let mut words = [0, 1, 2].map(|c| self.word(self.part(color, c), lane));
-            let path = spaces::path_in(from, true, number).zip(spaces::path_in(to, false, number));
+            let path = Path::between(from, to, system);
             if path.is_none() {
                 let text = format!("Unknown color space transformation \"{from}\" -> \"{to}\"");
                 self.report(step, lane, mask, Message::error(text));
             }
-            let (first, second) = path.unwrap_or((&[], &[]));
-            for op in first.iter().chain(second) {
-                let from = words;
+            for (op, number) in path.into_iter().flat_map(Path::steps) {
+                let (from, number) = (words, number.unwrap_or(0));
                 let rgb = || ColorSystem::<A::Real>::numbered(number);
+                let color = || from.map(A::Real::load);
                 match op {
-                    LaneOp::XyzToRgbIn => words = rgb().to_rgb(from.map(A::Real::load)).map(A::Real::store),
-                    LaneOp::RgbToXyzIn => words = rgb().to_xyz(from.map(A::Real::load)).map(A::Real::store),
-                    op => arithmetic::one::<A>(self.isa, *op, &from, &mut words, 1),
+                    LaneOp::XyzToRgbIn => words = rgb().to_rgb(color()).map(A::Real::store),
+                    LaneOp::RgbToXyzIn => words = rgb().to_xyz(color()).map(A::Real::store),
+                    LaneOp::ConvertNamed => words = named::convert(color(), number).map(A::Real::store),
+                    op => arithmetic::one::<A>(self.isa, op, &from, &mut words, 1),
                 }
             }
             self.set_words(*out, lane, &words);

@@ -205,6 +205,8 @@ fn other_operations_are_interpreted() {
         L::LuminanceIn,
         L::BlackbodyIn,
         L::WavelengthIn,
+        L::ConvertNamed,
+        L::ConvertNamedTangent,
     ];
     assert_eq!(missing(Style::Strict), list);
     assert_eq!(missing(Style::Fast), list);

@@ -23,7 +23,9 @@ pub(super) static ROWS: &[Builtin] = &[
         "fromspace, tospace, Cfrom | tospace, Cfrom",
         transformc,
         "Converts the color `Cfrom` from the space `fromspace` (default rgb) to `tospace`. The spaces \
-         are rgb, hsv, hsl, YIQ, XYZ, xyY, sRGB and linear.",
+         are rgb, hsv, hsl, YIQ, XYZ, xyY, sRGB and linear, and the scene spaces of OpenColorIO's built-in \
+         configurations, such as ACEScg, lin_rec2020 and \"sRGB - Texture\", in any case; rgb is linear \
+         Rec. 709.",
     )
     .spaces(Spaces::OfConversion)
     .derivatives("those of the color, through each conversion")
@@ -33,7 +35,7 @@ pub(super) static ROWS: &[Builtin] = &[
          converted to rgb and back. The hue wraps around. Greys have hue 0 and saturation 0, and in \
          hsv a color without a positive component has saturation 0. From XYZ to xyY, black gives 0 \
          for x and y; from xyY to XYZ, a y up to 1e-6 gives 0 for X and Z. sRGB is a straight line \
-         below its small limit, also for negative components.",
+         below its small limit, also for negative components. A conversion from or to Raw does nothing.",
     )
     .example("color hsv = transformc(\"rgb\", \"hsv\", color(u, v, 0.5));"),
     Builtin::compose(
@@ -71,7 +73,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "space, C",
         from_space,
         "Makes a color from coordinates in a named space: color(\"space\", a, b, c). The spaces are \
-         \"rgb\", \"hsv\", \"hsl\", \"YIQ\", \"XYZ\" and \"xyY\".",
+         \"rgb\", \"hsv\", \"hsl\", \"YIQ\", \"XYZ\" and \"xyY\", and those of OpenColorIO that transformc knows.",
     )
     .spaces(Spaces::OfColor)
     .compiled(Compiled::Parts("color"))

@@ -8,6 +8,7 @@ use super::{Findings, Options, codes};
 use crate::builtins::Spaces;
 use crate::hir::{BuiltinCall, Expr, ExprKind};
 use osl_ir::types::Type;
+use osl_numeric::named;
 use osl_syntax::diagnostic::{Code, Edit};
 use osl_syntax::spelling::closest;
 
@@ -37,7 +38,11 @@ fn judge(call: &BuiltinCall, options: &Options, found: &mut Findings<'_>) {
     };
     for arg in call.args.iter().filter(|a| a.ty == Type::STRING) {
         let ExprKind::Str(name) = &arg.kind else { continue };
-        if known.contains(&&**name) || options.known_spaces.iter().any(|k| **k == **name) {
+        let is_color = spaces != Spaces::Coordinates;
+        if known.contains(&&**name)
+            || options.known_spaces.iter().any(|k| **k == **name)
+            || is_color && (named::is_raw(name) || named::number(name, true).is_some())
+        {
             continue;
         }
         let mut d = codes::unknown_space(code, arg.span, name, known);

@@ -7,7 +7,7 @@ use super::Renaming;
 use crate::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Source, ValueId, Values};
 use meaning::Meaning;
 pub(super) use meaning::{only_meaning, settle};
-use osl_numeric::spaces;
+use osl_numeric::spaces::Path;
 use smallvec::smallvec;
 use std::cell::Cell;
 
@@ -414,24 +414,23 @@ impl Fold {
         span: osl_syntax::span::Span,
         kept: &mut Vec<Inst>,
     ) -> Outcome {
-        // The number of the RGB system follows the color, if it is not the default.
-        let system = match args.get(3).and_then(|a| self.constant(*a)) {
-            Some(Const::Int(system)) => *system,
-            _ => 0,
+        // The number of the RGB system follows the color, if one is set.
+        let system = match args.get(3).map(|a| self.constant(*a)) {
+            Some(Some(Const::Int(system))) => Some(*system),
+            Some(_) => return Outcome::Keep(Op::Kernel(Kernel::ColorBetween, args)),
+            None => None,
         };
-        let paths = self.name(args.first()).zip(self.name(args.get(1))).and_then(|(from, to)| {
-            Some((spaces::path_in(from, true, system)?, spaces::path_in(to, false, system)?))
-        });
-        let (Some((first, second)), Some(color)) = (paths, args.get(2).copied()) else {
+        let names = self.name(args.first()).zip(self.name(args.get(1)));
+        let path = names.and_then(|(from, to)| Path::between(from, to, system));
+        let (Some(path), Some(color)) = (path, args.get(2).copied()) else {
             return Outcome::Keep(Op::Kernel(Kernel::ColorBetween, args));
         };
         let mut value = color;
-        for lane in first.iter().chain(second) {
+        for (lane, number) in path.steps() {
             let mut operands: Values = smallvec![value];
-            if lane.takes_system() {
-                operands.extend(args.get(3).copied());
-            }
-            value = match self.lane_op(body, *lane, operands, span, kept) {
+            let number = number.map(|number| Op::Const(Const::Int(number)));
+            operands.extend(number.map(|number| self.add(body, number, Kind::Int, span, kept)));
+            value = match self.lane_op(body, lane, operands, span, kept) {
                 Outcome::Same(value) => value,
                 Outcome::Keep(op) => self.add(body, op, Kind::Triple, span, kept),
                 Outcome::Constant(c) => self.add(body, Op::Const(c), Kind::Triple, span, kept),

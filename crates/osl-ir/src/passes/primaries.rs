@@ -1,23 +1,21 @@
-//! Primaries other than those of Rec. 709: operations that depend on them get the number of an RGB system as
-//! another operand.
+//! A named system of RGB primaries: operations that depend on it get its number as another operand. With a
+//! system, conversions of colors know only the spaces of the language itself.
 //!
-//! This pass does not run by default. It runs before the others if another system is requested.
+//! This pass does not run by default. It runs before the others if a system is requested.
 
 use crate::ir::{Body, Const, Inst, Kernel, Kind, LaneOp, Op};
 use smallvec::smallvec;
 
 /// Converts colors to those of a system, given by its number in [`osl_numeric::color::SYSTEMS`].
 pub fn set_primaries(body: &mut Body, system: i32) {
-    if system == 0 {
-        return;
-    }
     for index in 0..body.blocks.len() {
         let Some(block) = body.blocks.get_mut(index) else { return };
         let insts = std::mem::take(&mut block.insts);
         let mut kept = Vec::with_capacity(insts.len());
         for mut inst in insts {
             let other = match &inst.op {
-                Op::Lane(op, args) => in_system(*op).map(|op| Op::Lane(op, args.clone())),
+                // The usual operations have the primaries of the first system.
+                Op::Lane(op, args) if system != 0 => in_system(*op).map(|op| Op::Lane(op, args.clone())),
                 Op::Kernel(Kernel::ColorBetween, args) => {
                     Some(Op::Kernel(Kernel::ColorBetween, args.clone()))
                 }

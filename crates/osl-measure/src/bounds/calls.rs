@@ -10,8 +10,8 @@ use osl_exec::{PointSource, Services};
 use osl_ir::ir::{Body, Const, Inst, Kernel, Kind, ValueId};
 use osl_limits::Limits;
 use osl_noise::bounds::{largest, steepest};
-use osl_numeric::interval::{Enclosure, Interval, eval};
-use osl_numeric::spaces;
+use osl_numeric::interval::{Enclosure, Interval, Whole, eval};
+use osl_numeric::spaces::Path;
 use rustc_hash::FxHashMap;
 use std::sync::Mutex;
 
@@ -150,20 +150,17 @@ fn converted(kernel: &Kernel, given: &[Enclosure]) -> Option<Enclosure> {
         return None;
     };
     let number = match system {
-        [] => 0,
-        [Enclosure::Int(number)] => number.value()?,
+        [] => None,
+        [Enclosure::Int(number)] => Some(number.value()?),
         _ => return None,
     };
-    let paths = spaces::path_in(from, true, number).zip(spaces::path_in(to, false, number));
     // An unknown space is an error and leaves the color unchanged.
-    let Some((first, second)) = paths else { return Some(color.clone()) };
+    let Some(path) = Path::between(from, to, number) else { return Some(color.clone()) };
     let mut value = color.clone();
-    for op in first.iter().chain(second) {
+    for (op, number) in path.steps() {
         let mut operands = vec![value];
-        if op.takes_system() {
-            operands.extend(system.iter().cloned());
-        }
-        value = eval(*op, &operands)?;
+        operands.extend(number.map(|number| Enclosure::Int(Whole::point(number))));
+        value = eval(op, &operands)?;
     }
     // From a space to itself, some forms of the program convert to RGB and back, and others do nothing.
     Some(if from == to { value.hull(color) } else { value })

@@ -23,6 +23,7 @@ mod check;
 mod closure_layers;
 mod closures;
 mod closures_testshade;
+mod colors;
 mod compare;
 mod compiled;
 mod crop;

@@ -79,7 +79,7 @@ fn arguments(kernel: &Kernel, n: usize) -> Vec<ExpectedKind> {
             list
         }
         Kernel::SpaceMatrix { .. } | Kernel::FindSpace => vec![STR, STR],
-        // Where the system of the RGB primaries is not the usual one, its number follows.
+        // Where a system of RGB primaries is set, its number follows.
         Kernel::ColorBetween => or_more(&[STR, STR, TRIPLE], &[INT]),
         Kernel::Texture { options, footprint, .. } => {
             lookup(&[STR, FLOAT, FLOAT], options.len(), if *footprint { &[FLOAT; 4] } else { &[] })

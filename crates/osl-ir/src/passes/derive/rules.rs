@@ -13,8 +13,8 @@ use super::elementary::{
     log, log2, log10, power, sin, sinh, sqrt, srgb_to_linear, tan, tanh,
 };
 use super::vectors::{
-    cross, distance, dot, hsl_to_rgb, hsv_to_rgb, length, linear, linear_in, normalize, reflect, refract,
-    rgb_to_hsl, rgb_to_hsv, transform, transform_point, xyy_to_xyz, xyz_to_xyy,
+    cross, distance, dot, hsl_to_rgb, hsv_to_rgb, length, linear, linear_in, named, normalize, reflect,
+    refract, rgb_to_hsl, rgb_to_hsv, transform, transform_point, xyy_to_xyz, xyz_to_xyy,
 };
 use crate::ir::{Derivative, LaneOp, ValueId};
 

@@ -255,10 +255,12 @@ fn compile(
     }
     let limits = console.limits.limits();
     let requests = Requests { limits: limits.clone(), ..Requests::default() };
-    let body = osl_lower::lower_group_for(&builder.take(), &requests).map_err(|list| {
+    let mut body = osl_lower::lower_group_for(&builder.take(), &requests).map_err(|list| {
         let why = list.first().map_or_else(String::new, |d| d.message.clone());
         format!("ERROR: {why}")
     })?;
+    // The tool has no color management, so it knows the usual spaces only.
+    passes::set_primaries(&mut body, 0);
     let options = passes::Options {
         outputs: Some(vec!["Ci".into()]),
         varying: testrender::VARYING.to_vec(),
