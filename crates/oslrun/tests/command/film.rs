@@ -22,17 +22,17 @@ fn globals_have_the_given_values() {
         assert_eq!((code, err.as_str()), (0, ""), "{more}");
         out.lines().next().unwrap_or_default().to_string()
     };
-    assert_eq!(said(""), "0 0 0 0 0 | 0 0 1 | 0 0 0 0 0 0");
-    assert_eq!(said("--time 2.5"), "2.5 0 0 0 0 | 0 0 1 | 0 0 0 0 0 0");
+    assert_eq!(said(""), "0 0 0 0 0 | 0 0 1 | 0 0 -1 0 0 0");
+    assert_eq!(said("--time 2.5"), "2.5 0 0 0 0 | 0 0 1 | 0 0 -1 0 0 0");
     assert_eq!(
         said("--time -1 --global dtime=0.5 --global dPdtime=1,2,3"),
-        "-1 0.5 1 2 3 | 0 0 1 | 0 0 0 0 0 0"
+        "-1 0.5 1 2 3 | 0 0 1 | 0 0 -1 0 0 0"
     );
     assert_eq!(
         said("--global N=0,-1,0 --global I=1,2,3 --global Ps=4,5,6"),
         "0 0 0 0 0 | 0 -1 0 | 1 2 3 4 5 6"
     );
-    assert_eq!(said("--global time=3 --global time=4"), "4 0 0 0 0 | 0 0 1 | 0 0 0 0 0 0");
+    assert_eq!(said("--global time=3 --global time=4"), "4 0 0 0 0 | 0 0 1 | 0 0 -1 0 0 0");
     // Samples, an explanation and a surface have them too.
     let (code, out, _) = oslrun_at(folder.path(), "@/s.osl -g 3x3 --samples 4 --time 2.5");
     assert!(code == 0 && out.contains("f[0]: ") && !out.contains(" to 0,"), "{out}");

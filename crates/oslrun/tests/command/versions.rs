@@ -41,7 +41,7 @@ fn versions_differ_in_their_macros_and_in_linearstep() {
     }
     // Where the edges ascend, both are the same ramp.
     assert_eq!(values("", "-p low=-1")[..7], values("--osl-version 1.15", "-p low=-1")[..7]);
-    assert_eq!(ok(dir.path(), "check --osl-version 1.15 @/s.osl"), "no errors, no warnings in 1 file\n");
+    assert_eq!(ok(dir.path(), "check --osl-version 1.15 @/s.osl"), "");
     for (version, r) in [("1.13", "-0"), ("1.15", "0.75")] {
         let line =
             format!("testshade --osl-version {version} -g 1 1 --print -o r null -o of_renderer null @/s.osl");
@@ -51,8 +51,8 @@ fn versions_differ_in_their_macros_and_in_linearstep() {
             out.contains(&format!("r : {r}\n")) && out.contains(&format!("of_renderer : {number}\n")),
             "{out}"
         );
-        ok(dir.path(), &format!("oslc -q --osl-version {version} -o @/s.oso @/s.osl"));
-        let compiled = ok(dir.path(), "@/s.oso -g 3x1");
+        ok(dir.path(), &format!("oslc -q --osl-version {version} -o @/c.oso @/s.osl"));
+        let compiled = ok(dir.path(), "@/c.oso -g 3x1");
         assert!(compiled.contains(&format!("version[0]: {number} ")), "{compiled}");
     }
     for args in
