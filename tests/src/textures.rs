@@ -9,12 +9,18 @@ use std::io::Write;
 /// A file name and the bytes of the file. The same bytes give the same file; missing bytes count as zeros.
 pub fn texture(bytes: &[u8]) -> (String, Vec<u8>) {
     let mut dice = Dice::new(bytes);
-    let (ending, mut file) = match dice.below(6) {
+    let (ending, mut file) = match dice.below(12) {
         0 => ("png", png(&mut dice)),
         1 => ("exr", exr(&mut dice)),
         2 => ("tif", tiff(&mut dice)),
         3 => ("hdr", hdr(&mut dice)),
         4 => ("jpg", jpeg(&mut dice)),
+        5 => ("tga", with_data(tga(&mut dice), &mut dice)),
+        6 => ("bmp", with_data(bmp(&mut dice), &mut dice)),
+        7 => ("gif", with_data(gif(&mut dice), &mut dice)),
+        8 => ("webp", with_data(webp(&mut dice), &mut dice)),
+        9 => ("ppm", with_data(pnm(&mut dice), &mut dice)),
+        10 => ("dds", with_data(dds(&mut dice), &mut dice)),
         _ => ("exr", exr(&mut dice)),
     };
     // Truncated, or damaged in a few places.
@@ -330,4 +336,106 @@ fn segment(file: &mut Vec<u8>, kind: u8, data: &[u8]) {
     file.extend([0xff, kind]);
     file.extend((data.len() as u16 + 2).to_be_bytes());
     file.extend(data);
+}
+
+/// A header followed by some bytes, or by none.
+fn with_data(mut file: Vec<u8>, dice: &mut Dice<'_>) -> Vec<u8> {
+    file.extend((0..dice.below(300)).map(|_| dice.byte()).collect::<Vec<u8>>());
+    file
+}
+
+fn short(n: u32) -> [u8; 2] {
+    (n as u16).to_le_bytes()
+}
+
+fn words(list: &[u32]) -> Vec<u8> {
+    list.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+fn tga(dice: &mut Dice<'_>) -> Vec<u8> {
+    let (width, height) = (short(dice.side()), short(dice.side()));
+    let (map, kind) = (dice.pick(&[0, 0, 1, 2]), dice.pick(&[2, 10, 3, 11, 1, 9, 0, 32]));
+    let colors = short(dice.side());
+    let bits = dice.pick(&[24, 32, 16, 15, 8]);
+    let head = [0, map, kind, 0, 0, colors[0], colors[1], bits, 0, 0, 0, 0];
+    let depth = dice.pick(&[24, 32, 16, 15, 8, 7]);
+    [&head[..], &width, &height, &[depth, dice.byte() & 0x3f]].concat()
+}
+
+fn bmp(dice: &mut Dice<'_>) -> Vec<u8> {
+    let size = dice.pick(&[40, 40, 52, 56, 108, 124, 12, 64]);
+    let (width, height) = (dice.side(), dice.side());
+    let height = if dice.one_in(3) { height.wrapping_neg() } else { height };
+    let bits = dice.pick(&[24, 32, 16, 8, 4, 1, 2, 7]);
+    let offset = if dice.one_in(4) { dice.side() } else { 54 };
+    let compression = dice.pick(&[0, 0, 1, 2, 3, 4, 5, 11]);
+    let head =
+        words(&[0, 0, offset, size, width, height, 1 | bits << 16, compression, 0, 0, 0, dice.side(), 0]);
+    [b"BM", &*head].concat()
+}
+
+fn gif(dice: &mut Dice<'_>) -> Vec<u8> {
+    let mut file = [b"GIF89a".as_slice(), &short(dice.side()), &short(dice.side())].concat();
+    file.extend([dice.pick(&[0xf0, 0x80, 0, 0xf7]), 0, 0]);
+    file.extend((0..6).map(|_| dice.byte()).collect::<Vec<u8>>());
+    if dice.one_in(2) {
+        file.extend([0x21, 0xf9, 4, 1, 0, 0, dice.byte() & 3, 0]);
+    }
+    file.push(0x2c);
+    let at = if dice.one_in(4) { dice.side() } else { 0 };
+    let frame = [short(at), short(at), short(dice.side()), short(dice.side())];
+    file.extend(frame.as_flattened());
+    file.extend([dice.pick(&[0, 0, 0x40, 0x80]), dice.pick(&[2, 8, 12, 0]), dice.byte()]);
+    file
+}
+
+fn webp(dice: &mut Dice<'_>) -> Vec<u8> {
+    let (width, height) = (dice.side(), dice.side());
+    let mut file = [b"RIFF", &*words(&[if dice.one_in(4) { dice.side() } else { 1000 }]), b"WEBP"].concat();
+    if dice.one_in(2) {
+        let flags = dice.pick(&[0, 0x10, 2, 0x12]);
+        let sides = [dice.pick(&[width, 1, 16384]), height].map(u32::to_le_bytes);
+        file.extend([b"VP8X", &*words(&[10, flags])].concat());
+        sides.iter().for_each(|side| file.extend([side[0], side[1], side[2]]));
+        if dice.one_in(3) {
+            let alpha: Vec<u8> = (0..8).map(|_| dice.byte()).collect();
+            file.extend([b"ALPH", &*words(&[8]), &alpha].concat());
+        }
+    }
+    if dice.one_in(2) {
+        let sizes = (width & 0x3fff) | (height & 0x3fff) << 14;
+        file.extend([b"VP8L", &*words(&[300]), &[0x2f], &words(&[sizes])].concat());
+    } else {
+        file.extend([b"VP8 ", &*words(&[300]), &[dice.byte() & 0xfe, 1, 0, 0x9d, 1, 0x2a]].concat());
+        file.extend([short(width), short(height)].as_flattened());
+    }
+    file
+}
+
+fn pnm(dice: &mut Dice<'_>) -> Vec<u8> {
+    let (width, height, most) = (dice.side(), dice.side(), dice.pick(&[255, 65535, 1, 0, 7, 70000]));
+    match dice.below(8) {
+        kind @ (0 | 3) => format!("P{} {width} {height}\n", kind + 1),
+        kind @ 1..6 => format!("P{} {width} {height} {most}\n", kind + 1),
+        _ => {
+            let (depth, kind) = (dice.below(6), dice.pick(&["RGB", "GRAYSCALE_ALPHA", "BLACKANDWHITE"]));
+            format!(
+                "P7\nWIDTH {width}\nHEIGHT {height}\nDEPTH {depth}\nMAXVAL {most}\nTUPLTYPE {kind}\nENDHDR\n"
+            )
+        }
+    }
+    .into_bytes()
+}
+
+fn dds(dice: &mut Dice<'_>) -> Vec<u8> {
+    let side = |dice: &mut Dice<'_>| if dice.one_in(6) { dice.side() } else { dice.side().saturating_mul(4) };
+    let mut file = [b"DDS ", &*words(&[124, 0x1007, side(dice), side(dice)])].concat();
+    file.resize(76, 0);
+    let code = dice.pick(&["DXT1", "DXT5", "DXT3", "DX10", "ATI2"]);
+    file.extend([&*words(&[32, 4]), code.as_bytes()].concat());
+    file.resize(128, 0);
+    if code == "DX10" {
+        file.extend(words(&[dice.pick(&[71, 77, 74, 98, 200]), 3, 0, 1, 0]));
+    }
+    file
 }

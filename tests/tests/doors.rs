@@ -44,7 +44,8 @@ macro_rules! doors {
 }
 
 doors! {
-    parse mutate fmt generate compiled told bounds lod oso group attributes textures scene testrender arguments
+    parse mutate fmt generate compiled told bounds lod oso group attributes textures exr png jpeg
+    tiff hdr tga bmp gif webp pnm dds scene testrender arguments
 }
 
 /// Inputs that once failed: the door, the failure, and the input.

@@ -5,7 +5,8 @@
 
 use std::path::Path;
 
-use jpeg_encoder::{ColorType, Encoder};
+use image::codecs::jpeg::JpegEncoder;
+use image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::ImageError;
 use crate::exr_out::{ExrOptions, Layer, LayerKind, check_plane, check_size, exr_file};
@@ -59,7 +60,7 @@ pub fn write_ints(
         if planes.iter().any(|plane| plane.len() != size.0 * size.1) {
             return Err(ImageError::input(path, "a plane does not have one value for each pixel"));
         }
-        let bytes = pixels(planes, size.0 * size.1, i32::to_le_bytes);
+        let bytes = pixels(planes, size.0 * size.1, i32::to_ne_bytes);
         let bytes = tiff_bytes(path, size, planes.len(), Stored::Int, bytes.as_flattened())?;
         return file::with(path, &bytes);
     }
@@ -201,16 +202,17 @@ fn jpeg(
     transfer: Transfer,
 ) -> Result<Vec<u8>, ImageError> {
     let color = match planes.len() {
-        1 => ColorType::Luma,
-        3 => ColorType::Rgb,
+        1 => ExtendedColorType::L8,
+        3 => ExtendedColorType::Rgb8,
         n => return Err(ImageError::input(path, format!("a JPEG takes 1 or 3 channels, not {n}"))),
     };
-    let stored = pixels(planes, width * height, |x| transfer.byte(x));
-    let (Ok(width), Ok(height)) = (u16::try_from(width), u16::try_from(height)) else {
+    if width.max(height) > usize::from(u16::MAX) {
         return Err(ImageError::input(path, "a JPEG has at most 65535 pixels a side"));
-    };
+    }
+    let stored = pixels(planes, width * height, |x| transfer.byte(x));
     let mut bytes = Vec::new();
-    let encoded = Encoder::new(&mut bytes, 98).encode(&stored, width, height, color);
+    let encoder = JpegEncoder::new_with_quality(&mut bytes, 98);
+    let encoded = encoder.write_image(&stored, width as u32, height as u32, color);
     encoded.map_err(|e| ImageError::format(path, format!("cannot encode JPEG: {e}")))?;
     Ok(bytes)
 }
@@ -226,11 +228,11 @@ fn tiff(
     match samples {
         Samples::Byte => write(Stored::Byte, &pixels(planes, n, |x| Transfer::Linear.byte(x))),
         Samples::Short => {
-            let short = |x| Transfer::Linear.quantize(x, 65535).to_le_bytes();
+            let short = |x| Transfer::Linear.quantize(x, 65535).to_ne_bytes();
             write(Stored::Short, pixels(planes, n, short).as_flattened())
         }
         Samples::Half | Samples::Float => {
-            write(Stored::Float, pixels(planes, n, f32::to_le_bytes).as_flattened())
+            write(Stored::Float, pixels(planes, n, f32::to_ne_bytes).as_flattened())
         }
     }
 }

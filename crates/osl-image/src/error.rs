@@ -114,7 +114,11 @@ fn mebibytes(bytes: u64) -> String {
     if bytes < 1 << 20 { format!("{bytes} bytes") } else { format!("{} MiB", bytes.div_ceil(1 << 20)) }
 }
 
+/// Characters of a foreign message that are shown. It may quote a line of the file.
+const SHOWN: usize = 200;
+
 /// Joins the lines of a foreign message.
 fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    let text: Vec<&str> = text.split_whitespace().collect();
+    text.join(" ").chars().take(SHOWN).collect()
 }

@@ -1,151 +1,259 @@
-//! Reads PNG and JPEG files, which contain one image of one to four channels, and tells them from HDR files.
+//! Reads files of all formats except EXR and TIFF through the crate image: one picture of one to four channels.
 //!
-//! Only pixels are read; color profiles, texts and previews are skipped. This module must not know other
-//! formats.
+//! Only the pixels of the first frame are read; color profiles, texts and previews are skipped. A decoder
+//! starts once the memory that it needs is admitted. This module must not know EXR and TIFF.
 
+use std::error::Error;
+use std::io::{Cursor, ErrorKind};
 use std::path::Path;
 
-use png::{BitDepth, InterlaceInfo, Transformations};
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
+use image::codecs::{bmp, dds, gif, hdr, jpeg, png, pnm, tga, webp};
+use image::{ImageDecoder, ImageFormat};
+use osl_limits::Images;
 
 use crate::admission::{Admission, Claim};
 use crate::decoded::Decoded;
 use crate::error::ImageError;
-use crate::hdr_in;
-use crate::image::{EncodedFile, Source, StoredType, channel_names};
-use crate::jpeg_head::JpegHead;
+use crate::image::{EncodedFile, StoredType, channel_names};
 use crate::texels::Texels;
 
-/// Memory of the PNG decoder besides rows: a property of the decoder.
-const PNG_BUFFERS: u64 = 1 << 20;
+/// Memory of a decoder for tables and palettes: the largest are the color map of a TGA and the buffers of PNG.
+const TABLES: u64 = 1 << 20;
+
+/// A decoder that has read the header, and the memory that it needs besides the pixels.
+type Opened<'a> = (Box<dyn ImageDecoder + 'a>, u64);
 
 /// Decodes a file in one of these formats. The error for other files lists all formats that this crate reads.
 pub(crate) fn decode(file: EncodedFile<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
-    if file.head.starts_with(b"#?RADIANCE") || file.head.starts_with(b"#?RGBE") {
-        hdr_in::decode(file, admission)
-    } else if file.head.starts_with(b"\x89PNG\r\n\x1a\n") {
-        decode_png(file.path, file.source, admission)
-    } else if file.head.starts_with(b"\xff\xd8\xff") {
-        decode_jpeg(file, admission)
-    } else {
-        Err(ImageError::format(file.path, "not an EXR, PNG, JPEG, TIFF or HDR file"))
+    let (path, length) = (file.path, file.length);
+    let images = &admission.limits.images;
+    let none = "not an EXR, PNG, JPEG, TIFF, HDR, TGA, BMP, GIF, WebP, PNM or DDS file";
+    let format = format_of(&file.head).ok_or_else(|| ImageError::format(path, none))?;
+    check_head(format, &file.head, images).map_err(|what| ImageError::format(path, what))?;
+    // These decoders load the whole file into memory.
+    let most = images.texture_memory;
+    if length > most && matches!(format, ImageFormat::Jpeg | ImageFormat::WebP | ImageFormat::Gif) {
+        return Err(ImageError::memory(
+            path,
+            format!("a {} file", name(format)),
+            length,
+            most,
+            "texture_memory",
+        ));
     }
-}
-
-fn claim((width, height): (u32, u32), n_channels: usize, kept: StoredType, working: u64) -> Claim {
+    let damaged = |error| refused(path, format, error);
+    let (mut decoder, working) = open(format, file, images).map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
     let size = (width as usize, height as usize);
-    Claim { size, full: size, n_channels, kept, makes_levels: true, working }
-}
-
-fn decode_png(
-    path: &Path,
-    source: &mut dyn Source,
-    admission: &Admission<'_>,
-) -> Result<Decoded, ImageError> {
-    let damaged = |error: png::DecodingError| ImageError::format(path, error);
-    let mut decoder = png::Decoder::new_with_limits(source, png::Limits { bytes: PNG_BUFFERS as usize });
-    decoder.set_ignore_text_chunk(true);
-    decoder.set_ignore_iccp_chunk(true);
-    // Samples of less than a byte become bytes; palette entries become colors.
-    decoder.set_transformations(Transformations::EXPAND);
-    let info = decoder.read_header_info().map_err(damaged)?;
-    let size = (info.width, info.height);
-    let kept = if info.bit_depth == BitDepth::Sixteen { StoredType::U16 } else { StoredType::U8 };
-    let row = info.raw_row_length() as u64;
-    // The number of channels may increase by one: the chunk with the transparent color comes later.
-    let most_channels =
-        if info.color_type == png::ColorType::Indexed { 4 } else { info.color_type.samples() };
-    let working = PNG_BUFFERS.saturating_add(row.saturating_mul(8));
-    admission.admit(path, &claim(size, most_channels, kept, working))?;
-    decoder.set_limits(png::Limits { bytes: usize::try_from(working).unwrap_or(usize::MAX) });
-    let mut reader = decoder.read_info().map_err(damaged)?;
-    let (color, depth) = reader.output_color_type();
-    let n_channels = color.samples();
-    if n_channels > most_channels {
-        admission.admit(path, &claim(size, n_channels, kept, working))?;
-    }
-    let n_bytes = reader.output_buffer_size().ok_or_else(|| ImageError::format(path, "too large"))?;
-    let mut texels = match depth {
-        BitDepth::Sixteen => Texels::U16(vec![0; n_bytes / 2]),
-        _ => Texels::U8(vec![0; n_bytes]),
+    let color = decoder.color_type();
+    let n_channels = usize::from(color.channel_count());
+    let stored = match color.bytes_per_pixel() / color.channel_count() {
+        1 => StoredType::U8,
+        2 => StoredType::U16,
+        _ => StoredType::Float,
     };
-    let buffer = match &mut texels {
-        Texels::U16(words) => bytemuck::cast_slice_mut(words),
-        Texels::U8(bytes) => bytes,
-        _ => &mut [],
-    };
-    // Of an animation this is the first frame.
-    let frame = reader.info().frame_control.map_or(size, |frame| (frame.width, frame.height));
-    if frame != size {
-        return Err(ImageError::format(path, "PNG whose first frame is not of the image's size"));
-    }
-    let stride = reader.output_line_size(size.0).unwrap_or(0).max(1);
-    if reader.info().interlaced {
-        let bits = (n_channels * depth as usize) as u8;
-        while let Some(row) = reader.next_interlaced_row().map_err(damaged)? {
-            admission.goes_on(path)?;
-            if let InterlaceInfo::Adam7(pass) = row.interlace() {
-                png::expand_interlaced_row(buffer, stride, row.data(), pass, bits);
+    admission
+        .admit(path, &Claim { size, full: size, n_channels, kept: stored, makes_levels: true, working })?;
+    let mut texels = Texels::zeros(stored, size.0 * size.1 * n_channels);
+    decoder.set_limits(at_most(working)).map_err(damaged)?;
+    decoder.read_image(texels.bytes_mut()).map_err(damaged)?;
+    if format == ImageFormat::Gif {
+        // Where nothing is drawn, the reference has no color either.
+        for pixel in texels.bytes_mut().chunks_exact_mut(4) {
+            if let [.., 0] = pixel {
+                pixel.fill(0);
             }
         }
-    } else {
-        for row in buffer.chunks_exact_mut(stride) {
-            admission.goes_on(path)?;
-            let ended = || ImageError::format(path, "PNG that ends before its last row");
-            reader.read_row(row).map_err(damaged)?.ok_or_else(ended)?;
+    }
+    Ok(Decoded::plain(size, channel_names(n_channels), (stored, texels)))
+}
+
+/// The format that the first bytes of a file mean. TGA has no signature, so its header must make sense.
+fn format_of(head: &[u8]) -> Option<ImageFormat> {
+    match (image::guess_format(head), head) {
+        (Ok(format), _) => {
+            Some(format).filter(|format| format.reading_enabled() || *format == ImageFormat::Dds)
         }
-        // This checks the data after the last row.
-        reader.read_row(&mut []).map_err(damaged)?;
+        (Err(_), [b'#', b'?', b'R', b'G', b'B', b'E', ..]) => Some(ImageFormat::Hdr),
+        (
+            Err(_),
+            [_, map @ 0..=1, 1..=3 | 9..=11, _, _, _, _, map_bits, _, _, _, _, w0, w1, h0, h1, bits, ..],
+        ) => {
+            let known = |bits: &u8| matches!(bits, 8 | 15 | 16 | 24 | 32);
+            let is_tga = known(bits) && (*map == 0 || known(map_bits)) && w0 | w1 != 0 && h0 | h1 != 0;
+            is_tga.then_some(ImageFormat::Tga)
+        }
+        _ => None,
     }
-    if let Texels::U16(words) = &mut texels {
-        words.iter_mut().for_each(|word| *word = u16::from_be(*word));
-    }
-    Ok(plain(size, n_channels, (kept, texels)))
 }
 
-fn decode_jpeg(file: EncodedFile<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
-    let EncodedFile { path, length, source, .. } = file;
-    // The decoder loads the whole file into memory.
-    if length > admission.limits.images.texture_memory {
-        let most = admission.limits.images.texture_memory;
-        return Err(ImageError::memory(path, "a JPEG file", length, most, "texture_memory"));
+/// The name of a format in messages.
+fn name(format: ImageFormat) -> String {
+    match format {
+        ImageFormat::WebP => "WebP".to_owned(),
+        other => format!("{other:?}").to_uppercase(),
     }
-    let mut bytes = Vec::new();
-    source.read_to_end(&mut bytes).map_err(|error| ImageError::io(path, "read the file", error))?;
-    let head = JpegHead::of(&bytes).ok_or_else(|| ImageError::format(path, "JPEG without a header"))?;
-    let size = (head.width, head.height);
-    // Every picture of more than one component is decoded to RGB, also one of two.
-    let n_channels = if head.n_channels > 1 { head.n_channels.max(3) } else { 1 };
-    let working = length.saturating_add(head.decoder_bytes());
-    admission.admit(path, &claim(size, n_channels, StoredType::U8, working))?;
-    let mut decoder = jpeg_decoder(&bytes, None);
-    let damaged = |error| ImageError::format(path, format!("JPEG: {error}"));
-    decoder.decode_headers().map_err(damaged)?;
-    let (color, n_channels) = match decoder.input_colorspace() {
-        Some(ColorSpace::Luma) => (ColorSpace::Luma, 1),
-        _ => (ColorSpace::RGB, 3),
+}
+
+/// Refuses headers of lines without an end, which the decoders would load into memory.
+fn check_head(format: ImageFormat, head: &[u8], limits: &Images) -> Result<(), String> {
+    let end_of = |mark: &[u8]| head.windows(mark.len()).position(|part| part == mark);
+    let size = |text: &[u8]| text.iter().filter(|byte| **byte == b'\n').count() as u64;
+    match format {
+        ImageFormat::Hdr => {
+            let end = end_of(b"\n\n").ok_or("HDR file whose header does not end")?;
+            if !head.iter().skip(end + 2).any(|byte| *byte == b'\n') {
+                return Err("HDR file whose line of sizes does not end".to_owned());
+            }
+            let most = limits.attributes;
+            if size(head.get(..end).unwrap_or_default()) > most {
+                return Err(format!(
+                    "HDR file with more than {most} lines (--limit images.attributes=COUNT)"
+                ));
+            }
+        }
+        ImageFormat::Pnm if head.starts_with(b"P7") => {
+            end_of(b"ENDHDR\n").ok_or("PNM file whose header does not end")?;
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Bounds for the decoders that know bounds.
+fn at_most(bytes: u64) -> image::Limits {
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(bytes);
+    limits
+}
+
+/// Reads the header of a file.
+fn open<'a>(format: ImageFormat, file: EncodedFile<'a>, limits: &Images) -> image::ImageResult<Opened<'a>> {
+    let EncodedFile { head, length, source, .. } = file;
+    fn with<'a>(
+        decoder: impl ImageDecoder + 'a,
+        working: impl FnOnce(u64, u64) -> u64,
+    ) -> image::ImageResult<Opened<'a>> {
+        let (width, height) = decoder.dimensions();
+        let working = working(width.into(), height.into()).saturating_add(TABLES);
+        Ok((Box::new(decoder), working))
+    }
+    match format {
+        ImageFormat::Png => {
+            // Some rows, and texts, which are part of the file.
+            let width =
+                head.get(16..20).and_then(|bytes| bytes.try_into().ok()).map_or(0, u32::from_be_bytes);
+            let bytes = (u64::from(width) * 64 + length).min(limits.working_memory / 2);
+            with(png::PngDecoder::with_limits(source, at_most(bytes + TABLES))?, |_, _| bytes)
+        }
+        ImageFormat::Jpeg => {
+            // 16-bit coefficients of up to four channels. Blocks may extend beyond the border.
+            let rows = if keeps_coefficients(&head) { u64::MAX } else { 32 };
+            with(jpeg::JpegDecoder::new(source)?, |width, height| {
+                (width + 32) * (height + 32).min(rows) * 8 + 2 * length
+            })
+        }
+        ImageFormat::WebP => {
+            let mut bytes = Vec::new();
+            source.read_to_end(&mut bytes)?;
+            let frame = largest_frame(&bytes);
+            let decoder = webp::WebPDecoder::new(Cursor::new(bytes))?;
+            let each = if decoder.has_animation() { 16 } else { 8 };
+            // A file may describe thousands of tables of codes. Those of ordinary files fit into this bound.
+            let codes = length.saturating_mul(360).min(limits.working_memory);
+            with(decoder, |width, height| (width * height).max(frame) * each + length + codes)
+        }
+        // A frame that is smaller than the image is decoded on its own.
+        ImageFormat::Gif => with(gif::GifDecoder::new(source)?, |width, height| width * height * 4 + length),
+        // Colors of a palette, and those of 15 bits, are expanded.
+        ImageFormat::Tga => with(tga::TgaDecoder::new(source)?, |width, height| width * height * 2),
+        ImageFormat::Hdr => with(hdr::HdrDecoder::new_nonstrict(source)?, |width, _| width * 4),
+        ImageFormat::Bmp => with(bmp::BmpDecoder::new(source)?, |width, _| width * 4),
+        ImageFormat::Dds => with(dds::DdsDecoder::new(source)?, |width, _| width * 4),
+        _ => with(pnm::PnmDecoder::new(source)?, |_, _| 0),
+    }
+}
+
+/// Whether decoding a JPEG keeps all coefficients until the end of the file, because several scans refine the
+/// pixels or each scan has a part of the channels (ITU-T T.81, annex B). The answer is yes if the header does
+/// not tell.
+fn keeps_coefficients(head: &[u8]) -> bool {
+    let scans_at_once = || {
+        let (mut rest, mut n_channels) = (head.get(2..)?, None);
+        loop {
+            // Any number of fill bytes may precede a marker.
+            rest = rest.get(rest.windows(2).position(|pair| matches!(pair, [0xff, 1..=0xfe]))?..)?;
+            let [_, kind, l0, l1, ..] = rest else { return None };
+            match (kind, rest) {
+                // Markers without a segment.
+                (0x01 | 0xd0..=0xd8, _) => {
+                    rest = rest.get(2..)?;
+                    continue;
+                }
+                (0xc0 | 0xc1, [_, _, _, _, _, _, _, _, _, n, ..]) if n_channels.is_none() => {
+                    n_channels = Some(*n);
+                }
+                (0xc4 | 0xc8 | 0xcc, _) => {}
+                (0xc0..=0xcf, _) => return Some(false),
+                (0xda, [_, _, _, _, n, ..]) => return Some(n_channels == Some(*n)),
+                _ => {}
+            }
+            rest = rest.get(2 + usize::from(u16::from_be_bytes([*l0, *l1])).max(2)..)?;
+        }
     };
-    // The color of what comes out is an option of a decoder that has not started.
-    let mut decoder = jpeg_decoder(&bytes, Some(color));
-    let texels = decoder.decode().map_err(damaged)?;
-    let n_texels = u64::from(size.0) * u64::from(size.1) * n_channels as u64;
-    if texels.len() as u64 != n_texels {
-        return Err(ImageError::format(path, "JPEG with two headers of different sizes"));
+    scans_at_once() != Some(true)
+}
+
+/// Pixels of the largest lossy frame of a WebP. A file may claim other sizes elsewhere, which the decoder
+/// compares only after decoding.
+fn largest_frame(bytes: &[u8]) -> u64 {
+    let side = |low: u8, high: u8| u64::from(u16::from_le_bytes([low, high]) & 0x3fff);
+    let pixels = |part: &[u8]| match part {
+        // The head of the chunk with its length, a tag of three bytes, a signature, width and height.
+        [b'V', b'P', b'8', b' ', _, _, _, _, _, _, _, 0x9d, 0x01, 0x2a, w0, w1, h0, h1] => {
+            side(*w0, *w1) * side(*h0, *h1)
+        }
+        _ => 0,
+    };
+    bytes.windows(18).map(pixels).max().unwrap_or(0)
+}
+
+/// The error of a decoder, in which the format is named.
+fn refused(path: &Path, format: ImageFormat, error: image::ImageError) -> ImageError {
+    use image::ImageError as Foreign;
+    let what = match (error, format) {
+        (Foreign::IoError(error), _) if error.kind() != ErrorKind::UnexpectedEof => {
+            return ImageError::io(path, "read the file", error);
+        }
+        (Foreign::IoError(_), _) => "the file ends too early".to_owned(),
+        (Foreign::Limits(_), _) => "it takes more memory (--limit images.working_memory=BYTES)".to_owned(),
+        (Foreign::Parameter(_), ImageFormat::Dds) => "width and height must be multiples of 4".to_owned(),
+        (Foreign::Unsupported(_), ImageFormat::Dds) => {
+            "only DXT1, DXT3 and DXT5 (BC1 to BC3) are read".to_owned()
+        }
+        (error, _) => error.source().map_or_else(|| error.to_string(), ToString::to_string),
+    };
+    ImageError::format(path, format!("{}: {what}", name(format)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scans_of_jpeg_files_are_told_apart() {
+        let file = |frame: u8, n_scanned: u8| {
+            let start = [b"\xff\xd8\xff\xe0\0\x05abc\xff\xff".as_slice(), &[frame]].concat();
+            [&start, b"\0\x0b\x08\x01\0\x02\0\x03abc\xff\xda\0\x08".as_slice(), &[n_scanned, 0, 0]].concat()
+        };
+        assert!(!keeps_coefficients(&file(0xc0, 3)), "one scan");
+        assert!(keeps_coefficients(&file(0xc0, 1)), "a scan for each channel");
+        assert!(keeps_coefficients(&file(0xc2, 3)), "progressive");
+        for n in 0..24 {
+            assert!(
+                keeps_coefficients(file(0xc0, 3).get(..n).unwrap_or_default()),
+                "the header does not tell"
+            );
+        }
     }
-    Ok(plain(size, n_channels, (StoredType::U8, Texels::U8(texels))))
-}
-
-/// A decoder that takes what is damaged as far as it can, as other readers do.
-fn jpeg_decoder(bytes: &[u8], color: Option<ColorSpace>) -> JpegDecoder<ZCursor<&[u8]>> {
-    let options = DecoderOptions::default().set_strict_mode(false);
-    let options = options.set_max_width(usize::MAX).set_max_height(usize::MAX);
-    let options = color.map_or(options, |color| options.jpeg_set_out_colorspace(color));
-    JpegDecoder::new_with_options(ZCursor::new(bytes), options)
-}
-
-fn plain((width, height): (u32, u32), n_channels: usize, values: (StoredType, Texels)) -> Decoded {
-    Decoded::plain((width as usize, height as usize), channel_names(n_channels), values)
 }

@@ -2,7 +2,7 @@
 //!
 //! A shader's `texture()` call arrives here with coordinates and their derivatives. The derivatives select a
 //! resolution level and a few samples, and the filtered texels go back to the shader. The crate also reads
-//! EXR, PNG, JPEG, TIFF and HDR files within memory bounds, keeps textures in a cache that threads share, and
+//! EXR, TIFF and, through the crate image, all other image files within memory bounds, keeps textures in a cache that threads share, and
 //! writes finished images without ever leaving a half-written file. It must not know shaders: it sees only
 //! names, planes of `f32` and coordinates.
 //!
@@ -25,10 +25,8 @@ mod exr_zip;
 mod file;
 mod filter;
 mod footprint;
-mod hdr_in;
 mod image;
 mod image_in;
-mod jpeg_head;
 mod level;
 mod levels;
 mod loaded;
@@ -46,6 +44,7 @@ mod transfer;
 mod udim;
 mod wrap;
 
+pub use self::image::{Header, ImageData, OwnedSubImage, StoredType, SubImage};
 pub use attributes::{Attribute, Attributes};
 pub use cache::{Missing, TextureCache};
 pub use channels_out::{ChannelOptions, ImageFormat, Samples, channel_bytes, write_channels, write_ints};
@@ -58,7 +57,6 @@ pub use exr_out::{
 pub use exr_zip::SampleType;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
-pub use image::{Header, ImageData, OwnedSubImage, StoredType, SubImage};
 pub use loaded::{LoadFailure, TextureResult};
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, png_bytes, png_samples, write_png};

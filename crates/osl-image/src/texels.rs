@@ -66,6 +66,26 @@ pub(crate) fn bytes_of(stored: StoredType) -> u64 {
 }
 
 impl Texels {
+    /// As many zeros, in the type in which stored values are kept.
+    pub(crate) fn zeros(stored: StoredType, n: usize) -> Self {
+        match stored {
+            StoredType::U8 => Self::U8(vec![0; n]),
+            StoredType::U16 => Self::U16(vec![0; n]),
+            StoredType::Half => Self::Half(vec![f16::ZERO; n]),
+            _ => Self::Float(vec![0.0; n]),
+        }
+    }
+
+    /// The bytes of integers and floats, for a decoder to fill; none of 16-bit floats.
+    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
+        match self {
+            Self::U8(list) => list,
+            Self::U16(list) => bytemuck::cast_slice_mut(list),
+            Self::Half(_) => &mut [],
+            Self::Float(list) => bytemuck::cast_slice_mut(list),
+        }
+    }
+
     /// An empty list with room for some values.
     pub(crate) fn with_capacity(like: &Texels, capacity: usize) -> Self {
         match like {

@@ -1,10 +1,15 @@
-//! Writes TIFF: one uncompressed strip, any number of channels, each sample a byte, a short, a 32-bit int or
-//! a float.
+//! Writes TIFF, uncompressed, with any number of channels, each sample a byte, a short, a 32-bit int or a float.
 //!
-//! Layout: TIFF 6.0, sections 2 to 7 and "SampleFormat". This module must not know what the channels mean;
-//! the first three are red, green and blue if there are that many.
+//! The crate image writes the usual kinds of pixels. It has no ints, no floats of one channel and no more than
+//! four channels, and does not declare alpha; the crate tiff writes these as one strip. This module must not
+//! know what the channels mean; the first three are red, green and blue if there are that many.
 
+use std::io::Cursor;
 use std::path::Path;
+
+use image::{ExtendedColorType, ImageEncoder};
+use tiff::encoder::TiffEncoder;
+use tiff::tags::Tag;
 
 use crate::error::ImageError;
 
@@ -43,7 +48,8 @@ impl Stored {
 /// Maximum number of channels in a file that this module writes. Users choose the channels, not input.
 const MAX_CHANNELS: usize = 1 << 12;
 
-/// The bytes of a file with samples in little-endian order, pixel by pixel, with `channels` samples each.
+/// The bytes of a file with samples in the byte order of this machine, pixel by pixel, with `channels` samples
+/// each.
 pub(crate) fn tiff_bytes(
     path: &Path,
     (width, height): (usize, usize),
@@ -61,91 +67,52 @@ pub(crate) fn tiff_bytes(
             format!("a TIFF takes 1 to {MAX_CHANNELS} channels, not {channels}"),
         ));
     }
-    let too_large = || ImageError::input(path, "the image is too large for a TIFF");
-    let size = u32::try_from(samples.len()).map_err(|_| too_large())?;
-    let mut directory = Directory::default();
-    let n = channels as u32;
-    directory.long(256, width as u32);
-    directory.long(257, height as u32);
-    directory.shorts(258, vec![stored.bits(); channels]);
-    directory.short(259, 1);
-    directory.short(262, if channels < 3 { 1 } else { 2 });
-    directory.long(273, HEADER);
-    directory.short(277, n as u16);
-    directory.long(278, height as u32);
-    directory.long(279, size);
-    directory.short(284, 1);
+    let size = (width as u32, height as u32);
+    let color = match (stored, channels) {
+        (Stored::Byte, 1) => Some(ExtendedColorType::L8),
+        (Stored::Byte, 3) => Some(ExtendedColorType::Rgb8),
+        (Stored::Short, 1) => Some(ExtendedColorType::L16),
+        (Stored::Short, 3) => Some(ExtendedColorType::Rgb16),
+        (Stored::Float, 3) => Some(ExtendedColorType::Rgb32F),
+        _ => None,
+    };
+    let mut file = Cursor::new(Vec::new());
+    match color {
+        Some(color) => {
+            let encoder = image::codecs::tiff::TiffEncoder::new(&mut file);
+            encoder.write_image(samples, size.0, size.1, color).map_err(|error| error.to_string())
+        }
+        None => strip(&mut file, size, channels, stored, samples).map_err(|error| error.to_string()),
+    }
+    .map_err(|error| ImageError::format(path, format!("cannot encode TIFF: {error}")))?;
+    Ok(file.into_inner())
+}
+
+/// Writes one strip of samples and its fields (TIFF 6.0, sections 2 to 7, "SampleFormat", "ExtraSamples").
+fn strip(
+    file: &mut Cursor<Vec<u8>>,
+    (width, height): (u32, u32),
+    channels: usize,
+    stored: Stored,
+    samples: &[u8],
+) -> tiff::TiffResult<()> {
+    let mut encoder = TiffEncoder::new(file)?;
+    let mut directory = encoder.image_directory()?;
+    let at = u32::try_from(directory.write_data(samples)?)?;
+    directory.write_tag(Tag::ImageWidth, width)?;
+    directory.write_tag(Tag::ImageLength, height)?;
+    directory.write_tag(Tag::BitsPerSample, &*vec![stored.bits(); channels])?;
+    directory.write_tag(Tag::Compression, 1_u16)?;
+    directory.write_tag(Tag::PhotometricInterpretation, if channels < 3 { 1_u16 } else { 2 })?;
+    directory.write_tag(Tag::StripOffsets, at)?;
+    directory.write_tag(Tag::SamplesPerPixel, channels as u16)?;
+    directory.write_tag(Tag::RowsPerStrip, height)?;
+    directory.write_tag(Tag::StripByteCounts, u32::try_from(samples.len())?)?;
+    directory.write_tag(Tag::PlanarConfiguration, 1_u16)?;
     let more = channels - if channels < 3 { 1 } else { 3 };
     if more > 0 {
-        directory.shorts(338, vec![0; more]);
+        directory.write_tag(Tag::ExtraSamples, &*vec![0_u16; more])?;
     }
-    directory.shorts(339, vec![stored.format(); channels]);
-    // Directories begin at even offsets.
-    let at =
-        HEADER.checked_add(size).and_then(|end| end.checked_next_multiple_of(2)).ok_or_else(too_large)?;
-    let rest = directory.bytes(at).ok_or_else(too_large)?;
-    let mut bytes = Vec::with_capacity(at as usize + rest.len());
-    bytes.extend(b"II*\0");
-    bytes.extend(at.to_le_bytes());
-    bytes.extend(samples);
-    bytes.resize(at as usize, 0);
-    bytes.extend(rest);
-    Ok(bytes)
-}
-
-/// Bytes before the samples.
-const HEADER: u32 = 8;
-
-/// The fields of an image, in ascending order: code and values.
-#[derive(Default)]
-struct Directory {
-    fields: Vec<(u16, Values)>,
-}
-
-enum Values {
-    Shorts(Vec<u16>),
-    Long(u32),
-}
-
-impl Directory {
-    fn short(&mut self, code: u16, value: u16) {
-        self.shorts(code, vec![value]);
-    }
-
-    fn shorts(&mut self, code: u16, values: Vec<u16>) {
-        self.fields.push((code, Values::Shorts(values)));
-    }
-
-    fn long(&mut self, code: u16, value: u32) {
-        self.fields.push((code, Values::Long(value)));
-    }
-
-    /// The directory for an offset in the file, followed by the values that do not fit into it.
-    fn bytes(&self, at: u32) -> Option<Vec<u8>> {
-        let mut bytes = (self.fields.len() as u16).to_le_bytes().to_vec();
-        let mut behind: Vec<u8> = Vec::new();
-        let length = 2 + 12 * self.fields.len() as u32 + 4;
-        for (code, values) in &self.fields {
-            let (kind, count, data) = match values {
-                Values::Shorts(list) => {
-                    (3_u16, list.len() as u32, list.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>())
-                }
-                Values::Long(value) => (4, 1, value.to_le_bytes().to_vec()),
-            };
-            bytes.extend(code.to_le_bytes());
-            bytes.extend(kind.to_le_bytes());
-            bytes.extend(count.to_le_bytes());
-            if data.len() <= 4 {
-                bytes.extend(&data);
-                bytes.extend(std::iter::repeat_n(0, 4 - data.len()));
-            } else {
-                let offset = at.checked_add(length)?.checked_add(behind.len() as u32)?;
-                bytes.extend(offset.to_le_bytes());
-                behind.extend(&data);
-            }
-        }
-        bytes.extend(0_u32.to_le_bytes());
-        bytes.extend(behind);
-        Some(bytes)
-    }
+    directory.write_tag(Tag::SampleFormat, &*vec![stored.format(); channels])?;
+    directory.finish()
 }

@@ -60,7 +60,9 @@ fn a_damaged_file_is_an_error_with_its_reason() {
     assert!(cache.exists("a.png"));
     let failure = cache.get("a.png").unwrap_err();
     assert!(
-        failure.message().ends_with("a.png: not an EXR, PNG, JPEG, TIFF or HDR file"),
+        failure
+            .message()
+            .ends_with("a.png: not an EXR, PNG, JPEG, TIFF, HDR, TGA, BMP, GIF, WebP, PNM or DDS file"),
         "{}",
         failure.message()
     );

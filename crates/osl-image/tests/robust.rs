@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
+use image::ImageEncoder;
 use osl_image::{
     ExrCompression, ExrOptions, Footprint, ImageData, ImageError, Interp, Layer, LayerKind, LookupOptions,
     SampleType, StoredType, SubImage, Texture, Wrap, decode_part, lookup, lookup_values, read_image,
@@ -57,7 +58,8 @@ fn exr(compression: &str) -> Vec<u8> {
 fn jpeg() -> Vec<u8> {
     let pixels: Vec<u8> = (0..16 * 16 * 3).map(|i| (i * 7 % 256) as u8).collect();
     let mut bytes = Vec::new();
-    jpeg_encoder::Encoder::new(&mut bytes, 75).encode(&pixels, 16, 16, jpeg_encoder::ColorType::Rgb).unwrap();
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 75);
+    encoder.write_image(&pixels, 16, 16, image::ExtendedColorType::Rgb8).unwrap();
     bytes
 }
 
@@ -190,8 +192,9 @@ fn damaged_b44_is_no_picture() {
 #[test]
 fn other_files_are_named() {
     let text = |bytes: &[u8]| decode(bytes).unwrap_err().to_string();
-    assert_eq!(text(b"GIF89a plus something"), "in memory: not an EXR, PNG, JPEG, TIFF or HDR file");
-    assert_eq!(text(b""), "in memory: not an EXR, PNG, JPEG, TIFF or HDR file");
+    let none = "in memory: not an EXR, PNG, JPEG, TIFF, HDR, TGA, BMP, GIF, WebP, PNM or DDS file";
+    assert_eq!(text(b"qoif plus something"), none);
+    assert_eq!(text(b""), none);
     let missing = read_image(Path::new("no/such.exr")).unwrap_err().to_string();
     assert!(missing == "no/such.exr: no such file", "{missing}");
     assert!(read_image(Path::new(".")).is_err());

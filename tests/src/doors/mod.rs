@@ -47,6 +47,20 @@ pub struct Door {
     pub runs: u64,
 }
 
+/// A door for image files.
+const fn image(name: &'static str, what: &'static str, seeds: fn() -> Vec<Vec<u8>>) -> Door {
+    Door {
+        name,
+        what,
+        enter: textures,
+        seeds,
+        words: textures::WORDS,
+        max_len: 13_000,
+        is_choices: false,
+        runs: 300,
+    }
+}
+
 /// All doors.
 pub const ALL: &[Door] = &[
     Door {
@@ -159,16 +173,18 @@ pub const ALL: &[Door] = &[
         is_choices: false,
         runs: 600,
     },
-    Door {
-        name: "textures",
-        what: "the bytes of a texture: EXR, PNG, JPEG, TIFF, HDR",
-        enter: textures,
-        seeds: textures::seeds,
-        words: textures::WORDS,
-        max_len: 13_000,
-        is_choices: false,
-        runs: 1500,
-    },
+    Door { runs: 1500, ..image("textures", "the bytes of an image of any format", textures::seeds) },
+    image("exr", "the bytes of an EXR file", || textures::of("exr")),
+    image("png", "the bytes of a PNG file", || textures::of("png")),
+    image("jpeg", "the bytes of a JPEG file", || textures::of("jpeg")),
+    image("tiff", "the bytes of a TIFF file", || textures::of("tiff")),
+    image("hdr", "the bytes of a Radiance HDR file", || textures::of("hdr")),
+    image("tga", "the bytes of a TGA file", || textures::of("tga")),
+    image("bmp", "the bytes of a BMP file", || textures::of("bmp")),
+    image("gif", "the bytes of a GIF file", || textures::of("gif")),
+    image("webp", "the bytes of a WebP file", || textures::of("webp")),
+    image("pnm", "the bytes of a PNM file", || textures::of("pnm")),
+    image("dds", "the bytes of a DDS file", || textures::of("dds")),
     Door {
         name: "scene",
         what: "the text of a scene: read, built, and rendered in a few pixels",

@@ -30,7 +30,10 @@ use std::path::{Component, Path, PathBuf};
 /// Endings of the files that a page can show.
 const ENDINGS: [&str; 4] = [SOURCE, "oso", "group", "oslgroup"];
 /// Endings of the image files that a page proposes for parameters.
-const IMAGES: [&str; 9] = ["exr", "hdr", "jpeg", "jpg", "png", "tex", "tif", "tiff", "tx"];
+const IMAGES: [&str; 19] = [
+    "bmp", "dds", "exr", "gif", "hdr", "jpeg", "jpg", "pam", "pbm", "pgm", "png", "pnm", "ppm", "tex", "tga",
+    "tif", "tiff", "tx", "webp",
+];
 /// The surface that is no surface: the grid.
 const PATCH: &str = "patch";
 
