@@ -1,4 +1,5 @@
-//! Reads files of all formats except EXR and TIFF through the crate image: one picture of one to four channels.
+//! Reads files of all formats except EXR and TIFF through the crate image: one picture of one to four
+//! channels.
 //!
 //! Only the pixels of the first frame are read; color profiles, texts and previews are skipped. A decoder
 //! starts once the memory that it needs is admitted. This module must not know EXR and TIFF.
@@ -17,7 +18,7 @@ use crate::error::ImageError;
 use crate::image::{EncodedFile, StoredType, channel_names};
 use crate::texels::Texels;
 
-/// Memory of a decoder for tables and palettes: the largest are the color map of a TGA and the buffers of PNG.
+/// Memory of a decoder for tables, such as the color map of a TGA and the buffers of a PNG.
 const TABLES: u64 = 1 << 20;
 
 /// A decoder that has read the header, and the memory that it needs besides the pixels.
@@ -95,27 +96,21 @@ fn name(format: ImageFormat) -> String {
     }
 }
 
-/// Refuses headers of lines without an end, which the decoders would load into memory.
+/// Refuses headers whose lines do not end or are too many, because the decoders load them into memory.
 fn check_head(format: ImageFormat, head: &[u8], limits: &Images) -> Result<(), String> {
     let end_of = |mark: &[u8]| head.windows(mark.len()).position(|part| part == mark);
-    let size = |text: &[u8]| text.iter().filter(|byte| **byte == b'\n').count() as u64;
-    match format {
-        ImageFormat::Hdr => {
-            let end = end_of(b"\n\n").ok_or("HDR file whose header does not end")?;
-            if !head.iter().skip(end + 2).any(|byte| *byte == b'\n') {
-                return Err("HDR file whose line of sizes does not end".to_owned());
-            }
-            let most = limits.attributes;
-            if size(head.get(..end).unwrap_or_default()) > most {
-                return Err(format!(
-                    "HDR file with more than {most} lines (--limit images.attributes=COUNT)"
-                ));
-            }
+    let is_line = |byte: &&u8| **byte == b'\n';
+    if format == ImageFormat::Hdr {
+        let end = end_of(b"\n\n").ok_or("HDR file whose header does not end")?;
+        if head.iter().skip(end + 2).find(is_line).is_none() {
+            return Err("HDR file whose line of sizes does not end".to_owned());
         }
-        ImageFormat::Pnm if head.starts_with(b"P7") => {
-            end_of(b"ENDHDR\n").ok_or("PNM file whose header does not end")?;
+        let most = limits.attributes;
+        if head.iter().take(end).filter(is_line).count() as u64 > most {
+            return Err(format!("HDR file with more than {most} lines (--limit images.attributes=COUNT)"));
         }
-        _ => {}
+    } else if head.starts_with(b"P7") && end_of(b"ENDHDR\n").is_none() {
+        return Err("PNM file whose header does not end".to_owned());
     }
     Ok(())
 }

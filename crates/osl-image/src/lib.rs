@@ -2,9 +2,9 @@
 //!
 //! A shader's `texture()` call arrives here with coordinates and their derivatives. The derivatives select a
 //! resolution level and a few samples, and the filtered texels go back to the shader. The crate also reads
-//! EXR, TIFF and, through the crate image, all other image files within memory bounds, keeps textures in a cache that threads share, and
-//! writes finished images without ever leaving a half-written file. It must not know shaders: it sees only
-//! names, planes of `f32` and coordinates.
+//! EXR, TIFF and, through the crate image, the other common formats within memory bounds, keeps textures in a
+//! cache that threads share, and writes finished images without ever leaving a half-written file. It must not
+//! know shaders: it sees only names, planes of `f32` and coordinates.
 //!
 //! Pixel row 0 is the first scanline of a file, at `t = 0` in texture space. Nothing here converts colors on
 //! reading; writing PNG applies the transfer curve that the caller names.

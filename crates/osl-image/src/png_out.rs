@@ -109,8 +109,8 @@ fn crc(bytes: &[u8]) -> u32 {
 /// Pixels that one thread converts at a time.
 const PIECE: usize = 1 << 13;
 
-/// The samples that [`write_png`] stores, pixel by pixel, in the byte order of this machine. A plane that is too
-/// short continues with zero bytes.
+/// The samples that [`write_png`] stores, pixel by pixel, in the byte order of this machine. A plane that is
+/// too short continues with zero bytes.
 pub fn png_samples(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
     let bytes = if options.depth == BitDepth::Eight { 1 } else { 2 };
     let pixel = planes.len() * bytes;

@@ -1,4 +1,4 @@
-//! Reads EXR, PNG, JPEG, TIFF and Radiance HDR files as interleaved `f32`.
+//! Reads image files of all formats as interleaved `f32`.
 //!
 //! The first bytes of a file, not its name, determine the format. Sizes are checked against a limit before
 //! memory is allocated, and damage becomes an error value. No color conversion happens: an 8-bit value is its
@@ -54,7 +54,8 @@ impl Seek for Watched<'_> {
     }
 }
 
-/// Reads the first image of an EXR, PNG, JPEG, TIFF or Radiance HDR file, within the usual limits.
+/// Reads the first image of an EXR, PNG, JPEG, TIFF, Radiance HDR, TGA, BMP, GIF, WebP, PNM or DDS file,
+/// within the usual limits.
 ///
 /// For EXR this is the first flat part, at its full resolution.
 ///

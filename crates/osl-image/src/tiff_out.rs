@@ -1,8 +1,8 @@
-//! Writes TIFF, uncompressed, with any number of channels, each sample a byte, a short, a 32-bit int or a float.
+//! Writes TIFF: uncompressed, any number of channels, each sample a byte, a short, a 32-bit int or a float.
 //!
-//! The crate image writes the usual kinds of pixels. It has no ints, no floats of one channel and no more than
-//! four channels, and does not declare alpha; the crate tiff writes these as one strip. This module must not
-//! know what the channels mean; the first three are red, green and blue if there are that many.
+//! The crate image writes the usual kinds of pixels. It has no ints, no floats of one channel and no more
+//! than four channels, and does not declare alpha; the crate tiff writes these as one strip. This module must
+//! not know what the channels mean; the first three are red, green and blue if there are that many.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -48,8 +48,8 @@ impl Stored {
 /// Maximum number of channels in a file that this module writes. Users choose the channels, not input.
 const MAX_CHANNELS: usize = 1 << 12;
 
-/// The bytes of a file with samples in the byte order of this machine, pixel by pixel, with `channels` samples
-/// each.
+/// The bytes of a file with samples in the byte order of this machine, pixel by pixel, with `channels`
+/// samples each.
 pub(crate) fn tiff_bytes(
     path: &Path,
     (width, height): (usize, usize),

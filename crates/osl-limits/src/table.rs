@@ -204,7 +204,7 @@ limits! {
     images: Images {
         /// Size of one file.
         file_bytes = 2 << 30, "bytes", "--limit images.file_bytes";
-        /// Size of the header of an EXR or HDR file.
+        /// Size of the header of an EXR, HDR or PNM file.
         header_bytes = 1 << 20, "bytes", "--limit images.header_bytes";
         /// Values of one image: width times height times channels.
         samples = 1 << 30, "values", "--limit images.samples";
@@ -218,7 +218,7 @@ limits! {
         partial_samples = 1 << 28, "values", "the finest level is used";
         /// Pages of a TIFF file that are read.
         pages = 1 << 10, "pages", "there is no subimage";
-        /// Attributes of an image that are kept.
+        /// Attributes of an image that are kept. The header of an HDR file has no more lines.
         attributes = 1 << 10, "attributes", "the attribute is not there";
         /// Length of the name of an attribute, and of its text, and numbers that it has.
         attribute_length = 1 << 16, "bytes", "the attribute is not there";

@@ -1,4 +1,4 @@
-//! The door `textures`: the bytes of a texture: EXR, PNG, JPEG, TIFF, HDR.
+//! The door `textures`: the bytes of an image of any format.
 #![no_main]
 
 osl_fuzz::target!(textures);

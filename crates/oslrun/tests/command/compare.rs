@@ -67,6 +67,23 @@ fn images_are_compared_value_by_value() {
     insta::assert_snapshot!("compared", all);
 }
 
+/// The same picture in three formats, and a shader that looks it up.
+#[test]
+fn images_of_other_formats_are_compared() {
+    let folder = folder();
+    let tga = [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 24, 0x20, 30, 20, 10, 60, 50, 40];
+    std::fs::write(folder.path().join("a.tga"), tga).unwrap();
+    std::fs::write(folder.path().join("a.ppm"), "P3 2 1 255 10 20 30 40 50 60").unwrap();
+    std::fs::write(folder.path().join("b.ppm"), "P3 2 1 255 10 20 30 40 50 61").unwrap();
+    let look = "shader look(output color c = 0) { c = texture(\"a.tga\", u, v, \"interp\", \"closest\"); }";
+    std::fs::write(folder.path().join("look.osl"), look).unwrap();
+    let code = |args: &str| oslrun_at(folder.path(), args).0;
+    assert_eq!(code("compare @/a.ppm @/a.tga"), 0);
+    assert_eq!(code("compare @/a.ppm @/b.ppm"), 1);
+    assert_eq!(code("@/look.osl -g 2x1 --center -o @/c.tif --outputs c"), 0);
+    assert_eq!(code("compare @/a.tga @/c.tif"), 0);
+}
+
 #[test]
 fn shaders_and_settings_are_compared() {
     let folder = folder();
