@@ -135,10 +135,10 @@ fn open<'a>(format: ImageFormat, file: EncodedFile<'a>, limits: &Images) -> imag
     }
     match format {
         ImageFormat::Png => {
-            // Some rows, and texts, which are part of the file.
+            // Some rows, and texts, which are part of the file. The decoder reads each into a growing buffer.
             let width =
                 head.get(16..20).and_then(|bytes| bytes.try_into().ok()).map_or(0, u32::from_be_bytes);
-            let bytes = (u64::from(width) * 64 + length).min(limits.working_memory / 2);
+            let bytes = (u64::from(width) * 64 + 4 * length).min(limits.working_memory / 2);
             with(png::PngDecoder::with_limits(source, at_most(bytes + TABLES))?, |_, _| bytes)
         }
         ImageFormat::Jpeg => {

@@ -151,6 +151,20 @@ fn profiles_and_texts_are_passed_over() {
     }
 }
 
+/// A long text is kept by the decoder, within its memory.
+#[test]
+fn long_texts_are_passed_over() {
+    let head = [&8_u32.to_be_bytes()[..], &8_u32.to_be_bytes(), &[8, 0, 0, 0, 0]].concat();
+    let pixels = miniz_oxide::deflate::compress_to_vec_zlib(&[0; 9 * 8], 6);
+    let file = |n: usize| {
+        let text = [b"Comment\0".as_slice(), &vec![b'x'; n]].concat();
+        chunks(&[(b"IHDR", head.clone()), (b"tEXt", text), (b"IDAT", pixels.clone()), (b"IEND", Vec::new())])
+    };
+    assert_eq!(decode(&file(3 << 20)).unwrap().samples, vec![0.0; 64]);
+    let error = decode(&file(40 << 20)).unwrap_err().to_string();
+    assert!(error.contains("--limit images.working_memory"), "{error}");
+}
+
 /// Detectable damage in a B44 block is an error, and never a NaN.
 #[test]
 fn damaged_b44_is_no_picture() {
