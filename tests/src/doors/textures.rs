@@ -1,7 +1,7 @@
 //! Image files, read by a shader.
 
 use super::data::Place;
-use super::{contents, message, outcome};
+use super::{contents, message};
 use crate::{laws, textures as chance};
 use image::{ExtendedColorType, ImageFormat};
 use osl::stages;
@@ -10,6 +10,7 @@ use osl_image::TextureCache;
 use osl_ir::passes;
 use osl_limits::Limits;
 use osl_scene::Grid;
+use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::sync::LazyLock;
 
@@ -169,8 +170,10 @@ pub fn textures(bytes: &[u8]) -> u64 {
     let options = RunOptions { batch: Some(16), ..RunOptions::default() };
     match osl_exec::run(&PROGRAM, &services, &Grid::new(5, 3), &options, &|_| ()) {
         Ok(frame) => {
-            outcome(frame.messages.iter().map(|said| said.message.text.split('"').next_back().unwrap_or("")))
-                .wrapping_add(bytes.first().copied().map_or(0, u64::from))
+            let kind = |text: &str| message(text.split('"').next_back().unwrap_or(""));
+            let kinds: BTreeSet<u64> = frame.messages.iter().map(|said| kind(&said.message.text)).collect();
+            let kinds = kinds.into_iter().fold(0, |sum: u64, kind| sum.rotate_left(7) ^ kind);
+            kinds.wrapping_add(bytes.first().copied().map_or(0, u64::from))
         }
         Err(stop) => message(&stop.to_string()),
     }
