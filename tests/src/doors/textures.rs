@@ -103,7 +103,7 @@ pub(super) fn of(format: &str) -> Vec<Vec<u8>> {
             (ImageFormat::WebP, &[Rgb8, Rgba8], contents("crates/osl-image/tests/data/webp", &["webp"]))
         }
         "pnm" => (ImageFormat::Pnm, &[L8, La8, Rgb8, L16], vec![b"P3 2 1 7 1 2 3 4 5 6\n".to_vec()]),
-        "dds" => return [b"DXT1", b"DXT3", b"DXT5", b"DX10"].map(|code| dds(code)).to_vec(),
+        "dds" => return [b"DXT1", b"DXT3", b"DXT5", b"DX10"].map(dds).to_vec(),
         _ => return suite(&["exr"]),
     };
     for color in colors {
