@@ -7,9 +7,10 @@
 //! compiled shaders and sources are not distinguished.
 
 pub mod errors;
+mod operations;
 mod read;
 mod text;
 mod write;
 
-pub use read::{Read, read};
+pub use read::{Read, Rule, Violation, check, read};
 pub use write::write;

@@ -93,6 +93,11 @@ fn letters_for(ty: Type) -> Option<(&'static str, &'static str)> {
     }
 }
 
+/// Number of values that a format prints.
+pub(crate) fn count_conversions(format: &str) -> usize {
+    conversions(format).len()
+}
+
 /// The conversions of a format, in order. One without a letter takes no argument.
 fn conversions(format: &str) -> Vec<Conversion<'_>> {
     let mut found = Vec::new();

@@ -32,6 +32,7 @@ mod vocabulary;
 pub use vocabulary::{Elsewhere, elsewhere};
 
 pub(crate) use expr::unify_numbers;
+pub(crate) use formats::count_conversions;
 pub(crate) use init::convert_to;
 
 use crate::builtins::{Param, ParamType, Signature, Tail};

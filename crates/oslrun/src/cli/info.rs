@@ -6,6 +6,7 @@ use crate::nodes;
 use clap::Args;
 use osl::stages;
 use osl_hir::hir::Program;
+use osl_hir::oso;
 use osl_syntax::ast::ShaderKind;
 use serde::Serialize;
 use serde_json::{Number, Value};
@@ -21,6 +22,10 @@ pub(super) struct InfoArgs {
     /// Print one JSON object.
     #[arg(long)]
     pub(super) json: bool,
+    /// Check whether the run times of renderers run the compiled shader: the file itself, or what a source
+    /// compiles to. Prints each violation with its line and operation. Exit code 1 if there is any.
+    #[arg(long)]
+    pub(super) check_oso: bool,
     /// The options for reading the file.
     #[command(flatten)]
     pub(super) read: ReadArgs,
@@ -36,10 +41,23 @@ pub(super) fn info(args: &InfoArgs, out: &mut dyn Write, err: &mut dyn Write) ->
         }
         None => input::read(&args.file, &args.read)?,
     };
+    if args.check_oso && stages::is_compiled(&input.name) {
+        return check_oso(&input.name, &input.text, args, out);
+    }
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let errors: Vec<_> = checked.diagnostics.iter().filter(|d| d.is_error()).cloned().collect();
     report::diagnostics(&errors, &checked.sources, &args.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
+    if args.check_oso {
+        let text = match oso::write(&program, &checked.sources, args.read.limits.limits()) {
+            Ok(text) => text,
+            Err(list) => {
+                report::diagnostics(&list, &checked.sources, &args.read, err)?;
+                return Err(Failure::said());
+            }
+        };
+        return check_oso(&format!("{}.oso", program.shader.name), &text, args, out);
+    }
     let shader = describe(&program);
     let text = if args.json {
         serde_json::to_string_pretty(&shader).map_err(Failure::new)? + "\n"
@@ -48,6 +66,38 @@ pub(super) fn info(args: &InfoArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     };
     let _ = out.write_all(text.as_bytes());
     Ok(())
+}
+
+/// A violation in the JSON output.
+#[derive(Serialize)]
+struct Violation<'a> {
+    file: &'a str,
+    line: u32,
+    operation: String,
+    rule: &'static str,
+    message: String,
+}
+
+/// Checks the text of a compiled shader.
+fn check_oso(name: &str, text: &str, args: &InfoArgs, out: &mut dyn Write) -> Result<(), Failure> {
+    let violation = |found: oso::Violation| Violation {
+        file: name,
+        line: found.line,
+        operation: found.subject,
+        rule: found.rule.name(),
+        message: found.message,
+    };
+    let list: Vec<_> = oso::check(text, args.read.limits.limits()).into_iter().map(violation).collect();
+    if args.json {
+        let text = serde_json::to_string_pretty(&list).map_err(Failure::new)?;
+        let _ = writeln!(out, "{text}");
+    } else if list.is_empty() {
+        let _ = writeln!(out, "{name}: no violations");
+    }
+    for Violation { line, operation, rule, message, .. } in list.iter().filter(|_| !args.json) {
+        let _ = writeln!(out, "{name}:{line}: {rule}: `{operation}`: {message}");
+    }
+    if list.is_empty() { Ok(()) } else { Err(Failure::said()) }
 }
 
 #[derive(Serialize)]

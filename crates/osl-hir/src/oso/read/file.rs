@@ -60,6 +60,8 @@ pub(super) struct Symbol<'a> {
     pub(super) metadata: Vec<Metadatum>,
     /// The struct that contains it as a field, and the field's index.
     pub(super) parent: Option<(&'a str, u32)>,
+    /// Whether code computes its default, by its hint.
+    pub(super) computed: bool,
     pub(super) span: Span,
 }
 
@@ -81,6 +83,9 @@ pub(super) struct Op<'a> {
     pub(super) span: Span,
     /// File and line of the source, where known.
     pub(super) place: Option<(&'a str, u32)>,
+    /// The hints about which operands it reads and writes, and which it differentiates.
+    pub(super) access: Option<&'a str>,
+    pub(super) derivatives: Option<&'a str>,
 }
 
 /// Reads all lines. Errors are reported, and all valid lines are kept.
@@ -213,7 +218,15 @@ impl<'a> Reader<'a> {
         if self.file.ops.len() as u64 >= self.most {
             return Err(errors::too_large(span, format!("more than {} operations", self.most)));
         }
-        let mut op = Op { name, args: Vec::new(), jumps: Vec::new(), span, place: None };
+        let mut op = Op {
+            name,
+            args: Vec::new(),
+            jumps: Vec::new(),
+            span,
+            place: None,
+            access: None,
+            derivatives: None,
+        };
         for token in rest {
             match token.kind {
                 Kind::Word(word) if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
@@ -230,6 +243,8 @@ impl<'a> Reader<'a> {
                     self.place.0 = Some(name.trim_matches('"'));
                 }
                 Kind::Hint("line", Some(line)) => self.place.1 = line.trim().parse().ok(),
+                Kind::Hint("argrw", Some(access)) => op.access = Some(access.trim_matches('"')),
+                Kind::Hint("argderivs", Some(list)) => op.derivatives = Some(list),
                 Kind::Hint(..) => {}
                 Kind::Text(_) | Kind::Comma => {
                     return Err(errors::syntax(token.span, "operations take symbols, not values"));
@@ -282,8 +297,10 @@ fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>
     let name = name.word().ok_or_else(missing)?;
     let mut parent = (None, None);
     let mut values = Vec::new();
+    let mut computed = false;
     for token in rest {
         match token.kind {
+            Kind::Hint("initexpr", _) => computed = true,
             Kind::Hint("mystruct", Some(of)) => parent.0 = Some(of.trim()),
             Kind::Hint("mystructfield", Some(index)) => parent.1 = index.trim().parse().ok(),
             Kind::Hint(..) => {}
@@ -294,7 +311,7 @@ fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>
         (Some(of), Some(index)) => Some((of, index)),
         _ => None,
     };
-    Ok(Symbol { class, ty, name, values, metadata: metadata(rest)?, parent, span })
+    Ok(Symbol { class, ty, name, values, metadata: metadata(rest)?, parent, computed, span })
 }
 
 /// `color` or `color[3]` after `closure`.

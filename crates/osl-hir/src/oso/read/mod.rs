@@ -2,16 +2,19 @@
 //!
 //! `lex` splits lines, `file` knows the kinds of lines, `symbols` makes variables from the table, `flow`
 //! makes statements from structured operations, and `ops` and `call` make expressions from single ones.
-//! Variables keep their names. Functions that compilers have inlined become functions without formals, so
+//! `check` compares a file with the rules of run times. Variables keep their names. Functions that compilers have inlined become functions without formals, so
 //! that their `return` leaves the right code.
 
 mod call;
+mod check;
 mod file;
 mod flow;
 mod lex;
 mod ops;
 mod sources;
 mod symbols;
+
+pub use check::{Rule, Violation, check};
 
 use super::{errors, text};
 use crate::hir::{self, Function, Program, Var};

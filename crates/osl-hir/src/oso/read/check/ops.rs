@@ -1,0 +1,186 @@
+//! Single operations: their operands by the table, their hints, and what they write.
+
+use super::super::file::{Class, Op, Section, SymbolType};
+use super::super::lex::Kind;
+use super::{Checker, Rule};
+use crate::builtins::{self, ParamType};
+use crate::oso::operations::{self, Misuse, Operand, Usage};
+use crate::oso::text::{MAIN, unescape};
+use osl_ir::types::{Base, Extent, Type};
+
+impl<'a> Checker<'_, 'a> {
+    /// Checks each operation without its surroundings, and records how it uses its operands.
+    pub(super) fn operations(&mut self) {
+        let file = self.file;
+        self.usages = vec![None; file.ops.len()];
+        for section in &file.sections {
+            for (at, op) in self.ops(section) {
+                let Some(operands) = self.operands(op) else { continue };
+                match operations::usage(op.name, &operands) {
+                    Ok(usage) => {
+                        self.hints(op, &usage);
+                        if let Some(place) = self.usages.get_mut(at) {
+                            *place = Some(usage);
+                        }
+                    }
+                    Err(misuse) => self.misused(op, misuse),
+                }
+                if op.name == "clamp" {
+                    self.report(Rule::Operand, op.span, op.name, operations::advice(op.name));
+                }
+                self.texts(op, &operands);
+                self.writes(at, section);
+            }
+        }
+    }
+
+    /// The operands; `None` after a report about one that is not declared.
+    fn operands(&mut self, op: &Op<'a>) -> Option<Vec<Operand<'a>>> {
+        let mut operands = Vec::new();
+        for (name, span) in &op.args {
+            let Some(symbol) = self.symbol(name) else {
+                self.report(Rule::Operand, *span, op.name, format!("`{name}` is not declared"));
+                return None;
+            };
+            let (ty, array) = match symbol.ty {
+                SymbolType::Plain(ty) => (Some(ty), ty.is_array()),
+                SymbolType::Struct(name) => (None, name.ends_with(']')),
+            };
+            let constant = symbol.class == Class::Const;
+            let text = symbol.values.first().filter(|_| constant).and_then(|value| match value.kind {
+                Kind::Text(text) => Some(text),
+                _ => None,
+            });
+            operands.push(Operand { ty, array, constant, text });
+        }
+        Some(operands)
+    }
+
+    fn misused(&mut self, op: &Op<'a>, misuse: Misuse) {
+        let message = match misuse {
+            Misuse::Unknown => "no run time has this operation".to_string(),
+            Misuse::Option { name, known: false } => format!("there is no option \"{name}\""),
+            Misuse::Option { name, known: true } => format!("the option \"{name}\" has another type"),
+            Misuse::Operands { advice } => {
+                let shown: Vec<String> = op.args.iter().map(|(name, _)| self.shown(name)).collect();
+                let advice = if advice.is_empty() { String::new() } else { format!(": {advice}") };
+                format!("it does not take ({}){advice}", shown.join(", "))
+            }
+        };
+        self.report(Rule::Operand, op.span, op.name, message);
+    }
+
+    /// The type of a symbol as the format writes it.
+    fn shown(&self, name: &str) -> String {
+        match self.symbol(name).map(|symbol| symbol.ty) {
+            Some(SymbolType::Struct(name)) => format!("struct {name}"),
+            Some(SymbolType::Plain(ty)) => osl_ir::types::StructTable::default().show(ty),
+            None => "?".to_string(),
+        }
+    }
+
+    /// Hints say what the table says; without one, the first operand is written and the others are read.
+    fn hints(&mut self, op: &Op<'a>, usage: &Usage) {
+        let wanted: String = usage.access.iter().map(|a| char::from(*a)).collect();
+        let usual = |at: usize| if at == 0 { 'w' } else { 'r' };
+        let given = match op.access {
+            Some(access) => access.to_string(),
+            None => (0..op.args.len()).map(usual).collect(),
+        };
+        let given = given.replace('W', "w");
+        if given != wanted {
+            let message = format!("%argrw is \"{given}\" in place of \"{wanted}\"");
+            self.report(Rule::Hint, op.span, op.name, message);
+        }
+        let list = op.derivatives.unwrap_or_default();
+        let given: Vec<usize> = list.split(',').filter_map(|at| at.trim().parse().ok()).collect();
+        if let Some(missing) = usage.derivatives.iter().find(|at| !given.contains(at)) {
+            let message = format!("%argderivs lacks {missing}, whose derivatives it reads");
+            self.report(Rule::Hint, op.span, op.name, message);
+        }
+    }
+
+    /// Constant texts: formats have a value for each conversion, and closures the parameters of their name.
+    fn texts(&mut self, op: &Op<'a>, operands: &[Operand<'a>]) {
+        let format = match op.name {
+            "printf" | "warning" | "error" => 0,
+            "format" | "fprintf" => 1,
+            "closure" => return self.closure(op, operands),
+            _ => return,
+        };
+        let Some((name, _)) = op.args.get(format) else { return };
+        let values = op.args.len() - format - 1;
+        match operands.get(format).and_then(|operand| operand.text) {
+            Some(text) => {
+                let wanted = crate::resolve::count_conversions(&unescape(text));
+                if wanted > values {
+                    let message = format!("the format has {wanted} conversions for {values} values");
+                    self.report(Rule::Constant, op.span, op.name, message);
+                }
+            }
+            None if !self.is_settled(name) => {
+                self.report(Rule::Constant, op.span, op.name, format!("the format `{name}` is not constant"));
+            }
+            None => {}
+        }
+    }
+
+    /// Whether run times find that a symbol is constant: a parameter, or a variable that one assignment sets.
+    fn is_settled(&self, name: &str) -> bool {
+        let class = self.symbol(name).map(|symbol| symbol.class);
+        if matches!(class, Some(Class::Param | Class::Output | Class::Const)) {
+            return true;
+        }
+        let mut writers =
+            self.file.ops.iter().filter(|op| op.args.first().is_some_and(|(to, _)| *to == name));
+        let is_assigned = |op: &Op<'_>| matches!(op.name, "assign" | "format" | "concat" | "substr");
+        writers.next().is_some_and(is_assigned) && writers.next().is_none()
+    }
+
+    /// The parameters of a closure that the language knows have exactly their types.
+    fn closure(&mut self, op: &Op<'a>, operands: &[Operand<'a>]) {
+        let Some(row) = operands.get(1).and_then(|name| name.text).and_then(builtins::find) else { return };
+        let forms = || row.signatures().iter().filter(|form| form.ret == Type::CLOSURE);
+        let given = operands.get(2..).unwrap_or_default();
+        let Some(most) = forms().map(|form| form.params.len()).max() else { return };
+        let fits = |(param, operand): (&builtins::Param, &Operand<'_>)| match (param.ty, operand.ty) {
+            (ParamType::Of(wanted), Some(ty)) => alike(wanted, ty),
+            (ParamType::Any { .. }, _) => true,
+            (ParamType::Of(_), None) => false,
+        };
+        let takes = |form: &&builtins::Signature| {
+            form.params.len() == most && given.len() >= most && form.params.iter().zip(given).all(fits)
+        };
+        if !forms().any(|form| takes(&form)) {
+            let shown: Vec<String> = op.args.iter().skip(2).map(|(name, _)| self.shown(name)).collect();
+            let message = format!("the closure `{}` does not take ({})", row.name, shown.join(", "));
+            self.report(Rule::Operand, op.span, op.name, message);
+        }
+    }
+
+    /// Constants and input parameters are not written, and the initialiser of a parameter writes no other.
+    fn writes(&mut self, at: usize, section: &Section<'a>) {
+        let Some(op) = self.file.ops.get(at) else { return };
+        let names: Vec<&str> = self.written(at).collect();
+        for name in names {
+            let class = self.symbol(name).map(|symbol| symbol.class);
+            let own = name == section.name;
+            let message = match class {
+                Some(Class::Const) => "is a constant",
+                Some(Class::Param) if section.name == MAIN => "is a parameter that is no output",
+                Some(Class::Param | Class::Output | Class::Global) if section.name != MAIN && !own => {
+                    "does not belong to the section"
+                }
+                _ => continue,
+            };
+            self.report(Rule::Write, op.span, op.name, format!("it writes `{name}`, which {message}"));
+        }
+    }
+}
+
+/// Whether two types are the same to a run time: all triples are.
+fn alike(wanted: Type, given: Type) -> bool {
+    let same = wanted.base == given.base || (wanted.base.is_triple() && given.base.is_triple());
+    let array = |ty: Type| !matches!(ty.extent, Extent::One);
+    same && array(wanted) == array(given) && wanted.base != Base::Void
+}
