@@ -37,6 +37,14 @@ impl<L: Copy> Storage<L> {
         }
     }
 
+    /// All leaves in order.
+    pub fn leaves(&self) -> Vec<L> {
+        match self {
+            Storage::Leaf(leaf) => vec![*leaf],
+            Storage::Struct(fields) => fields.iter().flat_map(Storage::leaves).collect(),
+        }
+    }
+
     /// The storage of a field; `None` if this is no struct with so many fields.
     pub fn field(&self, index: usize) -> Option<&Storage<L>> {
         match self {

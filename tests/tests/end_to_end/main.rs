@@ -30,6 +30,7 @@ mod maps;
 mod nested_arrays;
 mod nodes;
 mod oso;
+mod oso_format;
 mod proven_bounds;
 mod regions;
 mod reject;

@@ -1,6 +1,6 @@
 //! The changes of values from a pixel to its neighbours.
 
-use super::{Builtin, Composed, Differentiates, Emitted, Site};
+use super::{Builtin, Emitted, Site};
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Builder, Kind, LaneOp, ValueId};
 
@@ -15,7 +15,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns how much `a` changes from one pixel to the next in the row; the derivatives of the \
          result are zero.",
     )
-    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
         "The result is 0 for values without derivatives: constants, ints, N, Ng, dPdu, dPdv, time and \
@@ -31,7 +30,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns how much `a` changes from one row of pixels to the next; the derivatives of the \
          result are zero.",
     )
-    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
         "The result is 0 for values without derivatives: constants, ints, N, Ng, dPdu, dPdv, time and \
@@ -46,7 +44,6 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| zero(b, s.arg(0)).into(),
         "Returns how much `a` changes in depth, which is 0 on a surface.",
     )
-    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes("The result is always 0.")
     .example("vector depth = Dz(P);"),
@@ -57,7 +54,6 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| width(b, s.arg(0)).into(),
         "Returns the length of the change of `x` along both axes, per component: sqrt(Dx*Dx + Dy*Dy).",
     )
-    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
         "Values without derivatives give 0. Changes below about 1e-23 give 0, because their squares \
@@ -74,7 +70,6 @@ pub(super) static ROWS: &[Builtin] = &[
         },
         "Returns the area that the position `p` covers over one pixel.",
     )
-    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes("The result is 0 if the position does not change, or if it changes along one line only.")
     .example("float covered = area(P);"),
@@ -86,7 +81,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns the normal of the surface that the position `p` describes: Dx(p) x Dy(p), or \
          Dy(p) x Dx(p) where Dx(P) x Dy(P) points away from N. Its length is not 1.",
     )
-    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
         "The result is 0 if the position does not change, or if it changes along one line only; \
@@ -102,7 +96,6 @@ pub(super) static ROWS: &[Builtin] = &[
          width is the sum of `dedge` and `ds`; if one of them is not given, the filter width of \
          `edge` or `s` takes its place.",
     )
-    .composed(Composed::AaStep)
     .derivatives("by the formula; 0 outside the ramp")
     .extremes(
         "If the width is 0, the result is a step: 0 up to the edge and at the edge, 1 above it. The \

@@ -28,18 +28,7 @@ pub enum Asks {
     Constancy,
 }
 
-/// The arguments whose derivatives a function reads itself. Functions in its expansion in compiled shaders
-/// are not counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Differentiates {
-    /// The arguments with these indices, counted from 0.
-    Arguments(&'static [usize]),
-    /// The coordinates after the name of a noise, if the noise of this name filters itself, or the name is
-    /// unknown.
-    Noise(&'static str),
-}
-
-/// The operations of a compiled shader for a call.
+/// The operation of a compiled shader for a call, if run times have one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compiled {
     /// An operation with the function's own name.
@@ -51,27 +40,6 @@ pub enum Compiled {
     ByResult(&'static [(Type, &'static str)]),
     /// An operation with this name, on the space and on each part of the value: a constructor.
     Parts(&'static str),
-    /// Several operations if the arguments have the usual form; otherwise one with the function's own name.
-    Composed(Composed),
-}
-
-/// The functions that compiled shaders write as several operations, since renderers have no single operation
-/// for them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "each variant is the function of its name")]
-pub enum Composed {
-    Mod,
-    Mix,
-    Log,
-    Hypot,
-    Reflect,
-    Refract,
-    FaceForward,
-    AaStep,
-    Substr,
-    Concat,
-    /// Whether the ray is of this kind.
-    RayKind(&'static str),
 }
 
 /// An argument that a short form omits.
@@ -100,8 +68,6 @@ pub struct Facts {
     pub lookup: bool,
     /// What its string arguments name.
     pub spaces: Option<Spaces>,
-    /// The arguments whose derivatives it reads.
-    pub differentiates: Differentiates,
     /// Its form in a compiled shader.
     pub compiled: Compiled,
     /// The number of parameters of a short form, and the arguments that it omits, by their positions in the
@@ -117,7 +83,6 @@ impl Facts {
         query: false,
         lookup: false,
         spaces: None,
-        differentiates: Differentiates::Arguments(&[]),
         compiled: Compiled::Own,
         left_out: (0, &[]),
     };
@@ -149,19 +114,9 @@ impl Builtin {
         Builtin { facts: Facts { spaces: Some(spaces), ..self.facts }, ..self }
     }
 
-    /// The row, with the arguments whose derivatives it reads.
-    pub(super) const fn differentiates(self, differentiates: Differentiates) -> Builtin {
-        Builtin { facts: Facts { differentiates, ..self.facts }, ..self }
-    }
-
     /// The row, with the arguments that its form with this number of parameters omits.
     pub(super) const fn left_out(self, params: usize, left_out: &'static [(usize, LeftOut)]) -> Builtin {
         Builtin { facts: Facts { left_out: (params, left_out), ..self.facts }, ..self }
-    }
-
-    /// The row of a function that compiled shaders write as several operations.
-    pub(super) const fn composed(self, composed: Composed) -> Builtin {
-        self.compiled(Compiled::Composed(composed))
     }
 
     /// The row, with its form in a compiled shader.
@@ -199,10 +154,6 @@ mod tests {
                 }
                 if facts.lookup {
                     assert_eq!(signature.tail, Tail::KeyValue, "{}: lookup", row.name);
-                }
-                if let Differentiates::Arguments(list) = facts.differentiates {
-                    let smooth = |at: &usize| is(params.get(*at), |ty| ty == Type::FLOAT || ty.is_triple());
-                    assert!(list.iter().all(smooth), "{}: differentiates", row.name);
                 }
             }
         }

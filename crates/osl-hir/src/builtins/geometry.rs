@@ -1,6 +1,6 @@
 //! Geometry: products, lengths, directions.
 
-use super::{Builtin, Composed, Emitted, Site};
+use super::{Builtin, Emitted, Site};
 use osl_ir::global::Global;
 use osl_ir::ir::{Builder, Const, Kind, LaneOp};
 
@@ -64,7 +64,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Turns `N` to face against the direction `I`: returns -N if dot(I, Nref) is positive, else \
          `N`. The default of `Nref` is the global Ng.",
     )
-    .composed(Composed::FaceForward)
     .derivatives("those of N, negated where the result is -N")
     .extremes("If the dot product is exactly 0, the result is `N`. A dot product of nan counts as positive.")
     .example("normal front = faceforward(N, I);"),
@@ -75,7 +74,6 @@ pub(super) static ROWS: &[Builtin] = &[
         LaneOp::Reflect,
         "Returns the direction `I` reflected by a surface with the unit normal `N`.",
     )
-    .composed(Composed::Reflect)
     .derivatives("by the formula I - 2 (N.I) N")
     .extremes(
         "`N` is not normalized: a zero `N` gives `I`, and an `N` whose length is not 1 gives another \
@@ -90,7 +88,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns the direction `I` refracted by a surface with the unit normal `N`. `eta` is the \
          ratio of the indices of refraction. At total reflection the result is the zero vector.",
     )
-    .composed(Composed::Refract)
     .derivatives("by the formula; 0 at total reflection")
     .extremes(
         "Total reflection gives 0. `N` must face against `I`. An `eta` of 0 gives -N if `N` is a unit \

@@ -1,7 +1,7 @@
 //! Mathematics: angles, exponentials, logarithms, roots. One number in, one number out, per component for
 //! triples.
 
-use super::{Builtin, Composed, Emitted, Site, T1, T2};
+use super::{Builtin, Emitted, Site, T1, T2};
 use osl_ir::ir::{Builder, LaneOp};
 use osl_numeric::library_constants::LibraryConstant;
 
@@ -174,7 +174,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns the natural logarithm of `x`, or with a second argument the logarithm to the base \
          `b`: log(x) / log(b).",
     )
-    .composed(Composed::Log)
     .derivatives(
         "dx / x; 0 where x is less than the smallest normal number. With a base, those of the \
          quotient",
@@ -261,7 +260,6 @@ pub(super) static ROWS: &[Builtin] = &[
         hypot,
         "Returns the square root of the sum of the squares of two or three numbers.",
     )
-    .composed(Composed::Hypot)
     .derivatives("(x dx + y dy + z dz) / hypot; 0 where hypot is 0")
     .extremes(
         "The numbers are not scaled before they are squared: the result is 0 if all squares underflow \

@@ -25,7 +25,7 @@ mod string;
 mod texture;
 
 pub use closure::component;
-pub use facts::{Asks, Compiled, Composed, Differentiates, Facts, LeftOut, Spaces};
+pub use facts::{Asks, Compiled, Facts, LeftOut, Spaces};
 pub use message::carry as carry_messages;
 pub use signature::{Param, ParamType, Signature, Tail};
 pub(crate) use texture::OPTIONS;

@@ -1,6 +1,6 @@
 //! Noise: pseudo-random fields over space. The overloads differ by return type, chosen by the expected type.
 
-use super::{Builtin, Differentiates, Emitted, Site};
+use super::{Builtin, Emitted, Site};
 use osl_ir::ir::{Builder, GaborOption, Kernel, Kind, LaneOp, NoiseField};
 use osl_ir::types::Type;
 
@@ -139,7 +139,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns gradient noise from 0 to 1, or the noise that `noisetype` names. The names are \
          perlin, uperlin, simplex, usimplex, cell, hash and gabor.",
     )
-    .differentiates(Differentiates::Noise("gabor"))
     .derivatives("analytic; zero for cell and hash")
     .extremes(
         "At whole coordinates, and therefore everywhere from 8388608 on, Perlin noise is 0.5 \
@@ -174,7 +173,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns noise that repeats. The periods follow the coordinates; simplex noise has no \
          periodic form.",
     )
-    .differentiates(Differentiates::Noise("gabor"))
     .derivatives("analytic, for the coordinates; the periods have none; zero for cell and hash")
     .extremes(
         "Periods of Perlin and Gabor noise are rounded down to whole numbers. A period that is less \

@@ -1,6 +1,6 @@
 //! Numbers: rounding, remainders, comparing, blending, stepping; per component for triples.
 
-use super::{Builtin, Composed, Emitted, Site, T1, T2F};
+use super::{Builtin, Emitted, Site, T1, T2F};
 use osl_ir::ir::{Builder, Kernel, Kind, LaneOp, ValueId};
 
 pub(super) static ROWS: &[Builtin] = &[
@@ -28,7 +28,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns the remainder of `a` / `b`, with the sign of `b`: a - b floor(a/b). For ints the \
          remainder has the sign of `a`.",
     )
-    .composed(Composed::Mod)
     .derivatives("da - floor(a/b) db")
     .extremes(
         "If `b` is 0, the result is `a`, for ints too; but in a triple `b` that is known when compiling \
@@ -160,7 +159,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Blends `x` and `y` by `alpha`: x (1 - alpha) + y alpha. The result is `x` where `alpha` is \
          0, and `y` where it is 1.",
     )
-    .composed(Composed::Mix)
     .derivatives("(1 - alpha) dx + alpha dy + (y - x) dalpha; closures have none")
     .extremes(
         "`alpha` is not clamped: outside 0 to 1 the straight line continues. Both terms are always \
@@ -224,11 +222,11 @@ pub(super) static ROWS: &[Builtin] = &[
     .derivatives("zero")
     .extremes("At the edge itself the result is 1. 0 and -0 are equal. nan in `edge` or `x` gives 1.")
     .example("float half_plane = step(0.5, u);"),
-    Builtin::lane(
+    Builtin::compose(
         "smoothstep",
         &["f(f,f,f)", "c(c,c,c)", "v(v,v,v)"],
         "edge0, edge1, x",
-        LaneOp::Smoothstep,
+        |b, s| by_component(b, s, &|b, args| b.lane(LaneOp::Smoothstep, args)),
         "Returns 0 below `edge0`, 1 from `edge1` on, and a smooth transition in between. The \
          transition is (3 - 2t) t^2, where t is the fraction of the way from `edge0` to `edge1`.",
     )
@@ -242,11 +240,11 @@ pub(super) static ROWS: &[Builtin] = &[
          comes first. If `x` is nan, the result is nan.",
     )
     .example("float y = smoothstep(0.25, 0.75, u);"),
-    Builtin::lane(
+    Builtin::compose(
         "linearstep",
         &["f(f,f,f)", "c(c,c,c)", "v(v,v,v)"],
         "edge0, edge1, x",
-        LaneOp::Linearstep,
+        |b, s| by_component(b, s, &|b, args| b.lane(LaneOp::Linearstep, args)),
         "Returns 0 below `edge0`, 1 from `edge1` on, and a straight line in between.",
     )
     .derivatives("those of (x - edge0) / (edge1 - edge0), with x clamped to the edges; 0 outside")
@@ -260,7 +258,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "smooth_linearstep",
         &["f(f,f,f,f)", "c(c,c,c,c)", "v(v,v,v,v)"],
         "edge0, edge1, x, eps",
-        smooth_linearstep,
+        |b, s| by_component(b, s, &smooth_linearstep),
         "Returns a straight line from 0 at `edge0` to 1 at `edge1`, with rounded corners. The corners \
          are rounded over the distance `eps` on both sides.",
     )
@@ -330,17 +328,28 @@ fn mix(b: &mut Builder, s: &Site<'_>) -> Emitted {
     b.kernel(Kernel::ClosureSum, &[first, second], Kind::Closure).into()
 }
 
+/// A function of numbers, for triples component by component: each component has derivatives of its own.
+fn by_component(
+    b: &mut Builder,
+    s: &Site<'_>,
+    function: &dyn Fn(&mut Builder, &[ValueId]) -> ValueId,
+) -> Emitted {
+    if b.body.kind(s.arg(0)) != Kind::Triple {
+        return function(b, s.args).into();
+    }
+    let parts = [LaneOp::X, LaneOp::Y, LaneOp::Z].map(|part| {
+        let args: Vec<ValueId> = s.args.iter().map(|arg| b.lane(part, &[*arg])).collect();
+        function(b, &args)
+    });
+    b.lane(LaneOp::Triple, &parts).into()
+}
+
 /// With x and eps in units of the ramp: 0, a parabola, the line, a parabola, 1. The parabola through the
 /// origin that reaches slope 1 at `r` is z²/2r.
-fn smooth_linearstep(b: &mut Builder, s: &Site<'_>) -> Emitted {
+fn smooth_linearstep(b: &mut Builder, args: &[ValueId]) -> ValueId {
     use LaneOp as L;
-    let (edge0, edge1, x, eps) = (s.arg(0), s.arg(1), s.arg(2), s.arg(3));
-    let triple = b.body.kind(x) == Kind::Triple;
-    let number = |b: &mut Builder, value: f32| {
-        let value = b.float(value);
-        if triple { b.lane(L::Splat, &[value]) } else { value }
-    };
-    let [zero, half, one] = [0.0, 0.5, 1.0].map(|value| number(b, value));
+    let [edge0, edge1, x, eps] = *args else { return b.float(0.0) };
+    let [zero, half, one] = [0.0, 0.5, 1.0].map(|value| b.float(value));
     let rounded = |b: &mut Builder, z: ValueId, r: ValueId| {
         let k = b.lane(L::FDiv, &[half, r]);
         let kz = b.lane(L::FMul, &[k, z]);
@@ -373,8 +382,7 @@ fn smooth_linearstep(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let r = b.lane(L::Select, &[r, t, straight]);
     let r = b.lane(L::Select, &[r, zero, outside]);
 
-    let (up, down) = (b.lane(L::Step, &[edge0, edge1]), b.lane(L::Step, &[edge1, edge0]));
-    let equal = b.lane(L::FMul, &[up, down]);
+    let differ = b.lane(L::FNe, &[edge0, edge1]);
     let hard = b.lane(L::Step, &[edge0, x]);
-    b.lane(L::Select, &[r, hard, equal]).into()
+    b.lane(L::Choose, &[differ, r, hard])
 }

@@ -1,6 +1,6 @@
 //! A shader's queries about its surroundings: attributes, rays, point clouds, and its connections.
 
-use super::{Asks, Builtin, Composed, Emitted, Site};
+use super::{Asks, Builtin, Emitted, Site};
 use osl_ir::global::Global;
 use osl_ir::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
 use osl_ir::types::Type;
@@ -48,7 +48,6 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "camera"),
         "Returns 1 if the shader runs for a camera ray, else 0.",
     )
-    .composed(Composed::RayKind("camera"))
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"camera\").")
     .example("int yes = iscameraray();"),
@@ -59,7 +58,6 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "diffuse"),
         "Returns 1 if the shader runs for a diffuse ray, else 0.",
     )
-    .composed(Composed::RayKind("diffuse"))
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"diffuse\").")
     .example("int yes = isdiffuseray();"),
@@ -70,7 +68,6 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "glossy"),
         "Returns 1 if the shader runs for a glossy ray, else 0.",
     )
-    .composed(Composed::RayKind("glossy"))
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"glossy\").")
     .example("int yes = isglossyray();"),
@@ -81,7 +78,6 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "shadow"),
         "Returns 1 if the shader runs for a shadow ray, else 0.",
     )
-    .composed(Composed::RayKind("shadow"))
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"shadow\").")
     .example("int yes = isshadowray();"),

@@ -1,6 +1,6 @@
 //! Strings, and numbers made from anything by hashing.
 
-use super::{Builtin, Composed, Emitted, Site};
+use super::{Builtin, Emitted, Site};
 use osl_ir::ir::{Builder, Kernel, Kind};
 use osl_ir::text::TextFn;
 
@@ -12,7 +12,6 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| text(b, s, TextFn::Concat),
         "Joins two to six strings.",
     )
-    .composed(Composed::Concat)
     .derivatives("none: the result is a string")
     .extremes("Empty strings add nothing.")
     .example("string s = concat(\"one\", \" \", \"two\");"),
@@ -37,7 +36,6 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns `length` bytes of `s` from position `start`, or without `length` the rest of the \
          string. A negative `start` counts from the end.",
     )
-    .composed(Composed::Substr)
     .derivatives("none: the result is a string")
     .extremes(
         "A `start` beyond an end of the string is clamped to that end. A negative `length` counts as \

@@ -1,6 +1,6 @@
 //! Texture lookups and queries.
 
-use super::{Builtin, Differentiates, Emitted, Site};
+use super::{Builtin, Emitted, Site};
 use osl_ir::ir::{Builder, Kernel, Kind, LaneOp, TextureOption, ValueId};
 use osl_ir::types::Type;
 
@@ -21,7 +21,6 @@ pub(super) static ROWS: &[Builtin] = &[
          first pixel, and `t` grows downward.",
     )
     .lookup()
-    .differentiates(Differentiates::Arguments(&[1, 2]))
     .derivatives(
         "the slopes of the filtered image along s and t, times the changes of s and t: those given as \
          arguments, else the derivatives of s and t",
@@ -42,7 +41,6 @@ pub(super) static ROWS: &[Builtin] = &[
          file counts as missing.",
     )
     .lookup()
-    .differentiates(Differentiates::Arguments(&[1]))
     .derivatives("zero")
     .extremes(
         "The result is always \"missingcolor\" and \"missingalpha\" if one of them is given. \
@@ -58,7 +56,6 @@ pub(super) static ROWS: &[Builtin] = &[
          and longitude as its axes; y is up, and the middle of the image looks along -z.",
     )
     .lookup()
-    .differentiates(Differentiates::Arguments(&[1]))
     .derivatives("zero")
     .extremes(
         "The zero vector, inf and nan give a color, never a failure. A missing file is a run-time \

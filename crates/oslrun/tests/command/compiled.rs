@@ -81,6 +81,40 @@ surface all [[ string help = \"a \\\"quoted\\\" word\", int version = 3 ]]
     assert_eq!(command(&["info", "--json", &oso]).1, json);
 }
 
+#[test]
+fn compiled_shaders_are_checked_for_run_times() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str, text: &str| {
+        std::fs::write(dir.path().join(name), text).unwrap();
+        dir.path().join(name).display().to_string()
+    };
+    let source = path(
+        "turned.osl",
+        "shader turned(float a = 90, output point p = 0) { p = rotate(transform(\"object\", P), radians(a), vector(0, 0, 1)); }",
+    );
+    let (code, out, err) = command(&["info", &source, "--check-oso"]);
+    assert_eq!((code, out.as_str(), err.as_str()), (0, "turned.oso: no violations\n", ""));
+    let oso = path(
+        "bad.oso",
+        "OpenShadingLanguage 1.00\nshader bad\nparam\tfloat\ta\tinf\noparam\tfloat\tr\t0\ncode ___main___\n\
+         \tradians\t\tr a\n\treturn\n\tend\n",
+    );
+    let (code, out, err) = command(&["info", &oso, "--check-oso"]);
+    let expected = [
+        "3: literal: `a`: this is no literal of the symbol's type; infinity is written 1e39",
+        "6: operand: `radians`: it does not take (float, float): it needs a constant operand",
+        "7: flow: `return`: it is not in a function: write `exit`",
+    ];
+    let expected: String = expected.iter().map(|line| format!("{oso}:{line}\n")).collect();
+    assert_eq!((code, out, err.as_str()), (1, expected, ""));
+    let (code, out, _) = command(&["info", &oso, "--check-oso", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        (code, json.as_array().map(Vec::len), &json[2]["rule"], &json[2]["line"]),
+        (1, Some(3), &"flow".into(), &7.into())
+    );
+}
+
 #[cfg(unix)]
 #[test]
 fn a_command_does_not_write_over_what_it_reads() {

@@ -78,6 +78,14 @@ pub(super) struct Usage {
     pub(super) derivatives: Vec<usize>,
 }
 
+impl Usage {
+    /// That of an operation with a result.
+    pub(super) fn of_result(count: usize) -> Usage {
+        let access = (0..count).map(|at| if at == 0 { b'w' } else { b'r' }).collect();
+        Usage { access, derivatives: Vec::new() }
+    }
+}
+
 /// Why an operation cannot be written in this way.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Misuse {
@@ -133,6 +141,12 @@ pub(super) fn advice(name: &str) -> &'static str {
     find(name).map_or("", |(row, _)| row.advice)
 }
 
+/// Whether the value of an option must be a float.
+pub(super) fn is_float_option(name: &str, option: &str) -> bool {
+    let Some((Operation { options: Options::These(list), .. }, _)) = find(name) else { return false };
+    list.iter().any(|(names, letter)| *letter == "f" && names.split_whitespace().any(|n| n == option))
+}
+
 /// How an operation uses its operands.
 ///
 /// # Errors
@@ -175,8 +189,8 @@ impl Options {
 
     fn takes(self, pair: &[Operand<'_>]) -> Result<(), Misuse> {
         let [name, value] = pair else { return Ok(()) };
-        // A name that is not a constant is reported by the form.
-        let Some(name) = name.text else { return Ok(()) };
+        // A name that is not a constant is reported by the form, and one without letters is skipped.
+        let Some(name) = name.text.filter(|name| !name.is_empty()) else { return Ok(()) };
         let (list, closed) = match self {
             Options::Any | Options::Written => return Ok(()),
             Options::These(list) => (list, true),

@@ -1,11 +1,12 @@
-//! Calls: functions are inlined, built-ins are operations with their name.
+//! Calls: functions are inlined; built-ins are operations with their name, or functions of the library.
 
 use super::place::Spot;
 use super::stmt::ends;
 use super::table::Sym;
 use super::{Storage, Val, Writer};
-use crate::builtins::{Compiled, LeftOut};
-use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Lvalue, OperationCall};
+use crate::builtins::{Compiled, LeftOut, ParamType};
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, Function, FunctionId, Init, Lvalue, OperationCall};
+use crate::oso::operations::{Usage, is_float_option};
 use osl_ir::types::{Extent, Type};
 
 impl Writer<'_> {
@@ -49,12 +50,7 @@ impl Writer<'_> {
         if let Some(ret) = ret.as_ref().filter(|_| !ends(&function.body)) {
             self.store_zero(ret);
         }
-        self.returns.push(ret.clone().map(|ret| (ret, function.ret)));
-        let name = self.table.text(function.name.clone());
-        let op = self.emit("functioncall", &[name], "r");
-        self.body(&function.body);
-        self.part_ends(op);
-        self.returns.pop();
+        self.inline(function, &function.name, ret.clone());
         self.span = span;
         for (spot, storage) in back {
             let value = self.read(&Spot::whole(storage));
@@ -64,6 +60,16 @@ impl Writer<'_> {
             Some(ret) => self.read(&Spot::whole(ret)),
             None => Val::Void,
         }
+    }
+
+    /// Writes the body of a function whose formals are bound.
+    pub(super) fn inline(&mut self, function: &Function, name: &str, ret: Option<Storage>) {
+        self.returns.push(ret.map(|ret| (ret, function.ret)));
+        let name = self.table.text(name.into());
+        let op = self.emit("functioncall", &[name]);
+        self.body(&function.body);
+        self.part_ends(op);
+        self.returns.pop();
     }
 
     /// Storage for an argument that is copied in. An expression that is an array is stored in a variable; the
@@ -94,20 +100,29 @@ impl Writer<'_> {
         }
         let mut spots: Vec<(Spot, Sym)> = Vec::new();
         let mut args = Vec::new();
-        let mut access = String::new();
+        let params = call.row.signatures().get(call.overload).map_or(&[][..], |s| &s.params);
         for (index, (e, place)) in call.args.iter().zip(&call.outputs).enumerate() {
-            let output = self.reads_output(call, index);
+            let param = params.get(index);
+            let option = index.checked_sub(1).and_then(|name| call.args.get(name));
             args.push(match place {
                 Some(place) => self.output(place, &mut spots),
-                None => self.passed(e),
-            });
-            access.push(match (place.is_some(), output) {
-                (true, _) | (false, Some(true)) => 'w',
-                _ => 'r',
+                // A result that nothing receives.
+                None if param.is_some_and(|param| param.output) => self.written(e),
+                None => match (param.map(|param| param.ty), option.map(|name| &name.kind)) {
+                    (Some(ParamType::Of(ty)), _) if ty.is_array() && !e.ty.is_array() => self.array_of(e),
+                    (None, Some(ExprKind::Str(name))) if call.row.output_option(name).is_some() => {
+                        self.written(e)
+                    }
+                    (None, Some(ExprKind::Str(name))) if is_float_option(call.row.name, name) => {
+                        let value = self.passed(e);
+                        self.float(value)
+                    }
+                    _ => self.passed(e),
+                },
             });
         }
         self.span = span;
-        let result = self.operation(call, ty, to, &args, &access);
+        let result = self.operation(call, ty, to, &args);
         for (spot, temp) in spots {
             self.write(&spot, Val::One(temp));
         }
@@ -120,7 +135,8 @@ impl Writer<'_> {
         let args: Vec<Sym> = call.args.iter().map(|e| self.passed(e)).collect();
         self.span = span;
         if ty == Type::VOID {
-            self.emit(call.name.to_string(), &args, &"r".repeat(args.len()));
+            let access = vec![b'r'; args.len()];
+            self.push(call.name.to_string(), &args, Usage { access, derivatives: Vec::new() });
             return Val::Void;
         }
         let to = match to {
@@ -133,15 +149,36 @@ impl Writer<'_> {
             all.push(self.table.text(call.name.clone()));
         }
         all.extend_from_slice(&args);
-        let access = format!("w{}", "r".repeat(all.len() - 1));
-        self.emit(if closure { "closure".to_string() } else { call.name.to_string() }, &all, &access);
+        let usage = Usage::of_result(all.len());
+        self.push(if closure { "closure".to_string() } else { call.name.to_string() }, &all, usage);
         Val::One(to)
     }
 
-    /// Whether the table marks an argument as an output.
-    fn reads_output(&self, call: &BuiltinCall, index: usize) -> Option<bool> {
-        let signature = call.row.signatures().get(call.overload)?;
-        signature.params.get(index).map(|p| p.output)
+    /// An operand that the operation writes, although no place of the program receives it.
+    fn written(&mut self, e: &Expr) -> Sym {
+        let value = self.passed(e);
+        let ty = self.table.ty(value);
+        if ty.is_array() { value } else { self.emit_value("assign", ty, &[value]) }
+    }
+
+    /// A single value where the operation takes an array.
+    fn array_of(&mut self, e: &Expr) -> Sym {
+        let value = self.passed(e);
+        let ty = Type { extent: Extent::Array(1), ..self.table.ty(value) };
+        let storage = self.allocate_temp(ty);
+        let Some(array) = self.leaf(&storage) else { return value };
+        let first = self.table.int(0);
+        self.emit_to("aassign", array, &[first, value]);
+        array
+    }
+
+    /// A number as a float, which run times take for an int in few operations.
+    fn float(&mut self, value: Sym) -> Sym {
+        match (self.table.ty(value), self.table.int_value(value)) {
+            (Type::INT, Some(n)) => self.table.float(n as f32),
+            (Type::INT, None) => self.emit_value("assign", Type::FLOAT, &[value]),
+            _ => value,
+        }
     }
 
     /// An argument that is only read. Arrays are passed directly. A struct, or an array of structs, is
@@ -178,18 +215,14 @@ impl Writer<'_> {
         value
     }
 
-    /// The operation itself, or the few operations for a function that the format does not have.
-    fn operation(
-        &mut self,
-        call: &BuiltinCall,
-        ty: Type,
-        to: Option<Sym>,
-        args: &[Sym],
-        access: &str,
-    ) -> Option<Sym> {
+    /// The operation itself, or the body of a function of the library.
+    fn operation(&mut self, call: &BuiltinCall, ty: Type, to: Option<Sym>, args: &[Sym]) -> Option<Sym> {
         let (name, compiled) = (call.row.name, call.row.facts.compiled);
         if ty == Type::VOID {
-            self.emit(name, args, access);
+            let again = self.quiet && call.row.facts.format.is_some();
+            if !again && !self.library(call, None, args) {
+                self.emit(name, args);
+            }
             return None;
         }
         // If there are several operations, the earlier ones must not write a variable that the later ones
@@ -198,9 +231,7 @@ impl Writer<'_> {
             Some(to) if !args.contains(&to) => to,
             _ => self.table.temp(ty),
         };
-        if let Compiled::Composed(composed) = compiled
-            && self.composed(composed, ty, to, args)
-        {
+        if self.library(call, Some(to), args) {
             return Some(to);
         }
         let mut all = vec![to];
@@ -209,20 +240,18 @@ impl Writer<'_> {
                 all.push(self.table.text(name.into()));
                 "closure"
             }
-            Compiled::Own | Compiled::Parts(_) | Compiled::Composed(_) => name,
+            Compiled::Own | Compiled::Parts(_) => name,
             Compiled::As(other) => other,
             Compiled::ByResult(names) => {
                 names.iter().find(|(of, _)| *of == ty).map_or(name, |(_, name)| name)
             }
         };
-        let before = "r".repeat(all.len() - 1);
-        let (mut args, mut access) = (args.to_vec(), access.to_string());
+        let mut args = args.to_vec();
         for (at, sym) in self.left_out(call, &args) {
             args.insert(at.min(args.len()), sym);
-            access.push('r');
         }
         all.extend_from_slice(&args);
-        self.emit(name, &all, &format!("w{before}{access}"));
+        self.emit(name, &all);
         Some(to)
     }
 
@@ -254,11 +283,24 @@ impl Writer<'_> {
         let parts = match &value.kind {
             ExprKind::Triple(parts) => parts.iter().map(|p| self.operand(p)).collect(),
             ExprKind::Matrix(cells) => self.cells(cells),
-            ExprKind::Convert(inner) => vec![self.value(inner)],
+            ExprKind::Convert(inner) => {
+                let value = self.value(inner);
+                let value = self.float(value);
+                match (self.table.ty(value).is_triple(), ty) {
+                    (true, _) => [0, 1, 2].map(|at| self.component(value, at)).into(),
+                    (false, Type::MATRIX) => vec![value],
+                    (false, _) => vec![value; 3],
+                }
+            }
             _ => return None,
         };
         let to = to.unwrap_or_else(|| self.table.temp(ty));
         self.emit_to(name, to, &[&[space][..], &parts].concat());
         Some(to)
+    }
+
+    fn component(&mut self, of: Sym, at: i32) -> Sym {
+        let at = self.table.int(at);
+        self.emit_value("compref", Type::FLOAT, &[of, at])
     }
 }

@@ -8,7 +8,7 @@ use osl_ir::types::{Base, Type};
 pub(super) fn constant(e: &Expr) -> Option<Vec<Value>> {
     match &e.kind {
         ExprKind::Int(n) => Some(vec![Value::Int(*n)]),
-        ExprKind::Float(x) => Some(vec![Value::Float(*x)]),
+        ExprKind::Float(x) => (!x.is_nan()).then(|| vec![Value::Float(*x)]),
         ExprKind::Str(text) => Some(vec![Value::Text(text.clone())]),
         ExprKind::Triple(parts) => parts.iter().map(float).collect(),
         ExprKind::Matrix(cells) => cells.iter().map(float).collect(),

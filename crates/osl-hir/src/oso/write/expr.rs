@@ -158,6 +158,13 @@ impl Writer<'_> {
                 self.emit_to(name, to, &parts);
                 to
             }
+            // The format has no literal for NaN.
+            ExprKind::Float(x) if x.is_nan() => {
+                let text = self.table.text("nan".into());
+                let to = self.into(to, e.ty);
+                self.emit_to("stof", to, &[text]);
+                to
+            }
             ExprKind::Matrix(cells) => {
                 let cells = self.cells(cells);
                 self.emit_value("matrix", Type::MATRIX, &cells)
@@ -181,6 +188,11 @@ impl Writer<'_> {
         let value = self.value(inner);
         let to = self.into(to, ty);
         match op {
+            // A closure has no operation for it.
+            UnaryOp::Neg if ty == Type::CLOSURE => {
+                let minus = self.table.float(-1.0);
+                self.emit_to("mul", to, &[value, minus]);
+            }
             UnaryOp::Neg => self.emit_to("neg", to, &[value]),
             UnaryOp::Compl => self.emit_to("compl", to, &[value]),
             UnaryOp::Not => {
@@ -214,7 +226,7 @@ impl Writer<'_> {
     fn short_circuit(&mut self, op: BinaryOp, a: &Expr, b: &Expr) -> Sym {
         let left = self.value(a);
         let result = self.truth_of(left);
-        let branch = self.emit("if", &[result], "r");
+        let branch = self.emit("if", &[result]);
         if op == BinaryOp::Or {
             self.part_ends(branch);
         }
@@ -231,7 +243,7 @@ impl Writer<'_> {
     fn ternary(&mut self, cond: &Expr, a: &Expr, b: &Expr, ty: Type, to: Option<Sym>) -> Sym {
         let cond = self.truth(cond);
         let to = self.into(to, ty);
-        let branch = self.emit("if", &[cond], "r");
+        let branch = self.emit("if", &[cond]);
         for side in [a, b] {
             self.value_into(side, to);
             self.part_ends(branch);

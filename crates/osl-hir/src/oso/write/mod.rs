@@ -1,14 +1,16 @@
 //! Writing: from the resolved tree to the text of a compiled shader.
 //!
 //! Functions are inlined and structs become their fields, as in lowering and in the same order, so that the
-//! text computes the same bits. `composed` writes functions for which renderers have no operation, `table`
-//! holds symbols and operations, `stmt`, `expr`, `place` and `call` write operations, `params` writes the
-//! defaults, `usage` finds which operations read and write a symbol, and `print` formats the text.
+//! text computes the same bits. The operations are those that the run times of renderers know, by their
+//! [table](super::operations): `library` has the bodies of all other functions, and ints are converted
+//! where an operation takes floats only. Nothing depends on the values of parameters. `table` holds symbols
+//! and operations, `stmt`, `expr`, `place` and `call` write operations, `params` writes the defaults, `usage`
+//! finds which operations read and write a symbol, and `print` formats the text.
 
 mod call;
-mod composed;
 mod constant;
 mod expr;
+mod library;
 mod params;
 mod place;
 mod print;
@@ -17,7 +19,8 @@ mod usage;
 
 mod table;
 
-use super::errors;
+use super::operations::{self, Operand, Usage};
+use super::{errors, text};
 use crate::hir::{Program, VarId};
 use osl_ir::types::Type;
 use osl_limits::{Compiling, Limits};
@@ -41,27 +44,23 @@ pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<
         limits: limits.compiling,
         table: Table::new(),
         ops: Vec::new(),
-        vars: vec![None; program.vars.len()],
+        vars: library::globals(program),
         returns: Vec::new(),
         sections: Vec::new(),
         span: Span::default(),
+        fixed: None,
+        quiet: false,
         loops: 0,
         full: None,
     };
-    for index in 0..crate::hir::GLOBALS.len() {
-        // Symbols of globals are added on first use.
-        if let Some(var) = writer.vars.get_mut(index) {
-            *var = Some(Storage::Leaf(Leaf::Global(index)));
-        }
-    }
     writer.params();
-    writer.sections.push((super::text::MAIN.to_string(), writer.ops.len()));
+    writer.sections.push((text::MAIN.to_string(), writer.ops.len()));
     writer.body(&program.shader.body);
     if let Some(span) = writer.full {
         let message = "the program is too large once its functions are put in place";
         return Err(vec![*errors::too_large(span, message)]);
     }
-    writer.emit("end", &[], "");
+    writer.emit("end", &[]);
     usage::derivatives(&mut writer.table, &writer.ops);
     Ok(print::print(&writer, sources))
 }
@@ -99,6 +98,10 @@ struct Writer<'a> {
     /// Names of the sections and the start of each.
     sections: Vec<(String, usize)>,
     span: Span,
+    /// The call of a library function, to whose line all operations belong.
+    fixed: Option<Span>,
+    /// Whether what is written was written before, so that it must not print again.
+    quiet: bool,
     /// Number of surrounding loops, in all functions.
     loops: u32,
     /// Where the limit was exceeded.
@@ -106,8 +109,19 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Adds an operation; `access` has `r`, `w` or `W` (both) for each argument.
-    fn emit(&mut self, name: impl Into<Cow<'static, str>>, args: &[Sym], access: &str) -> usize {
+    /// Adds an operation; the table says how it uses its arguments.
+    fn emit(&mut self, name: &'static str, args: &[Sym]) -> usize {
+        let usage = self.usage(name, args);
+        self.push(name, args, usage)
+    }
+
+    /// How an operation uses its arguments. One that the table does not have writes its first argument.
+    fn usage(&self, name: &str, args: &[Sym]) -> Usage {
+        let operands: Vec<Operand<'_>> = args.iter().map(|sym| self.table.operand(*sym)).collect();
+        operations::usage(name, &operands).unwrap_or_else(|_| Usage::of_result(args.len()))
+    }
+
+    fn push(&mut self, name: impl Into<Cow<'static, str>>, args: &[Sym], usage: Usage) -> usize {
         if self.ops.len() as u64 >= self.limits.written_operations {
             self.full.get_or_insert(self.span);
         }
@@ -117,9 +131,9 @@ impl Writer<'_> {
         self.ops.push(Op {
             name: name.into(),
             args: args.to_vec(),
-            access: access.bytes().collect(),
+            usage,
             jumps: Vec::new(),
-            span: self.span,
+            span: self.fixed.unwrap_or(self.span),
         });
         self.ops.len() - 1
     }
@@ -134,8 +148,7 @@ impl Writer<'_> {
     fn emit_to(&mut self, name: &'static str, to: Sym, args: &[Sym]) {
         let mut all = vec![to];
         all.extend_from_slice(args);
-        let access = format!("w{}", "r".repeat(args.len()));
-        self.emit(name, &all, &access);
+        self.emit(name, &all);
     }
 
     fn assign(&mut self, to: Sym, from: Sym) {

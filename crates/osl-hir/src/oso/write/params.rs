@@ -1,10 +1,9 @@
 //! Parameters: symbols with constant defaults, and code for the other defaults.
 
 use super::constant::{constant, zero};
-use super::place::Spot;
 use super::table::{Class, Sym, Value};
 use super::{Leaf, Storage, Writer};
-use crate::hir::{Init, MetaValue, Param};
+use crate::hir::{Expr, ExprKind, Init, Lvalue, MetaValue, Param, Step};
 use osl_ir::types::{Base, Extent, Type};
 use std::sync::Arc;
 
@@ -55,7 +54,8 @@ impl Writer<'_> {
         Storage::Struct(fields.iter().enumerate().map(field).collect())
     }
 
-    /// The default: values of the symbols, or a section of code named after the first symbol that it sets.
+    /// The default: values of the symbols, or for each of them a section of code with its name. In run times, a
+    /// section sets no other parameter.
     fn default(&mut self, storage: &Storage, ty: Type, init: &Init) {
         match (storage, init) {
             (Storage::Struct(parts), Init::List(items)) => {
@@ -68,25 +68,61 @@ impl Writer<'_> {
                     }
                 }
             }
+            (Storage::Struct(_), Init::Value(e)) => match self.fields(e) {
+                Some(list) => self.default(storage, ty, &list),
+                None => self.repeated(storage, ty, init),
+            },
             (Storage::Leaf(Leaf::Symbol(sym)), init) if self.constants(*sym, ty, init) => {}
             _ => {
                 self.empty(storage, ty);
-                let Some(Leaf::Symbol(first)) = storage.first() else { return };
-                if let Some(symbol) = self.table.get_mut(first) {
-                    symbol.computed = true;
-                    let name = symbol.name.clone();
-                    self.sections.push((name, self.ops.len()));
-                }
-                match init {
-                    Init::Value(_) => self.store_init(storage, ty, init),
-                    Init::List(items) => {
-                        let items = items.clone();
-                        let spot = Spot::whole(storage.clone());
-                        self.store_init(&spot.storage, ty, &Init::List(items));
-                    }
-                }
+                self.section(storage);
+                self.store_init(storage, ty, init);
             }
         }
+    }
+
+    /// Starts the section of a symbol.
+    fn section(&mut self, storage: &Storage) {
+        let Some(Leaf::Symbol(sym)) = storage.first() else { return };
+        if let Some(symbol) = self.table.get_mut(sym) {
+            symbol.computed = true;
+            self.sections.push((symbol.name.clone(), self.ops.len()));
+        }
+    }
+
+    /// The values of a struct's fields, if they can be computed one by one.
+    fn fields(&self, e: &Expr) -> Option<Init> {
+        match &e.kind {
+            ExprKind::Struct(list) => Some(Init::List(list.clone())),
+            ExprKind::Read(place) => {
+                let fields = &self.program.structs.get(e.ty.as_struct()?).fields;
+                let field = |(at, field): (usize, &osl_ir::types::Field)| {
+                    let mut place = Lvalue { ty: field.ty, ..place.clone() };
+                    place.path.push(Step::Field(at as u32));
+                    Init::Value(Expr { ty: field.ty, kind: ExprKind::Read(place), span: e.span })
+                };
+                Some(Init::List(fields.iter().enumerate().map(field).collect()))
+            }
+            _ => None,
+        }
+    }
+
+    /// The sections of a struct's fields, each with the whole computation. Only the first one prints.
+    fn repeated(&mut self, storage: &Storage, ty: Type, init: &Init) {
+        self.empty(storage, ty);
+        for (at, part) in storage.leaves().into_iter().map(Storage::Leaf).enumerate() {
+            if self.is_full() {
+                return;
+            }
+            self.section(&part);
+            self.quiet = at > 0;
+            let whole = self.allocate_temp(ty);
+            self.store_init(&whole, ty, init);
+            if let Some(value) = whole.leaves().into_iter().map(Storage::Leaf).nth(at) {
+                self.copy(&part, None, &value, None);
+            }
+        }
+        self.quiet = false;
     }
 
     /// Zero, as the table writes it.

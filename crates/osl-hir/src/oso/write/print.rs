@@ -242,13 +242,13 @@ fn operation(writer: &Writer<'_>, op: &Op, lines: &mut Lines<'_>, out: &mut Stri
     for target in &op.jumps {
         let _ = write!(out, "{target} ");
     }
-    let access: String = op.access.iter().map(|a| char::from(*a)).collect();
+    let access: String = op.usage.access.iter().map(|a| char::from(*a)).collect();
     out.push('\t');
     if !hints.is_empty() {
         let _ = write!(out, "{} ", hints.trim_start());
     }
     let _ = write!(out, "%argrw{{\"{access}\"}}");
-    let derivs: Vec<String> = usage::differentiated(&writer.table, op).iter().map(usize::to_string).collect();
+    let derivs: Vec<String> = op.usage.derivatives.iter().map(usize::to_string).collect();
     if !derivs.is_empty() {
         let _ = write!(out, " %argderivs{{{}}}", derivs.join(","));
     }

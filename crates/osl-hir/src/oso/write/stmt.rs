@@ -10,7 +10,7 @@ impl Writer<'_> {
     pub(super) fn body(&mut self, list: &[Stmt]) {
         self.stmts(list);
         let last_returns = matches!(list.last().map(|s| &s.kind), Some(StmtKind::Return(_)));
-        if last_returns && self.ops.last().is_some_and(|op| op.name == "return") {
+        if last_returns && self.ops.last().is_some_and(|op| op.name == "return" || op.name == "exit") {
             // No jump leads past it.
             self.ops.pop();
         }
@@ -44,7 +44,7 @@ impl Writer<'_> {
             StmtKind::Block(list) => self.stmts(list),
             StmtKind::If(cond, then, otherwise) => {
                 let cond = self.truth(cond);
-                let branch = self.emit("if", &[cond], "r");
+                let branch = self.emit("if", &[cond]);
                 for side in [then, otherwise] {
                     self.stmts(side);
                     self.part_ends(branch);
@@ -54,16 +54,17 @@ impl Writer<'_> {
                 self.loop_(cond.as_ref(), *test_first, iter.as_ref(), body);
             }
             StmtKind::Break => {
-                self.emit("break", &[], "");
+                self.emit("break", &[]);
             }
             StmtKind::Continue => {
-                self.emit("continue", &[], "");
+                self.emit("continue", &[]);
             }
             StmtKind::Return(value) => {
                 if let Some(init) = value {
                     self.returned(init);
                 }
-                self.emit("return", &[], "");
+                // Only an inlined function is something to return from.
+                self.emit(if self.returns.is_empty() { "exit" } else { "return" }, &[]);
             }
         }
     }
@@ -104,7 +105,7 @@ impl Writer<'_> {
             (true, None) => "while",
             (false, _) => "dowhile",
         };
-        let op = self.emit(name, &[test], "r");
+        let op = self.emit(name, &[test]);
         self.part_ends(op);
         self.loops += 1;
         match cond {

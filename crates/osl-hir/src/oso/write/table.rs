@@ -1,6 +1,7 @@
 //! The symbols and operations of a compiled shader that is being written.
 
 use crate::hir::{GLOBALS, MetaValue};
+use crate::oso::operations::{Operand, Usage};
 use crate::oso::text;
 use osl_ir::types::{Base, Type};
 use osl_syntax::span::Span;
@@ -52,8 +53,8 @@ pub(super) struct Symbol {
 pub(super) struct Op {
     pub(super) name: Cow<'static, str>,
     pub(super) args: Vec<Sym>,
-    /// For each argument `r`, `w` or `W` for both.
-    pub(super) access: Vec<u8>,
+    /// How it uses its arguments.
+    pub(super) usage: Usage,
     /// The operations at which its parts end.
     pub(super) jumps: Vec<usize>,
     pub(super) span: Span,
@@ -103,6 +104,17 @@ impl Table {
 
     pub(super) fn ty(&self, sym: Sym) -> Type {
         self.get(sym).map_or(Type::ERROR, |s| s.ty)
+    }
+
+    /// A symbol as the table of operations sees it.
+    pub(super) fn operand(&self, sym: Sym) -> Operand<'_> {
+        let constant = self.get(sym).filter(|symbol| symbol.class == Class::Const);
+        let text = constant.and_then(|symbol| match symbol.values.first() {
+            Some(Value::Text(text)) => Some(&**text),
+            _ => None,
+        });
+        let ty = self.ty(sym);
+        Operand { ty: Some(ty), array: ty.is_array(), constant: constant.is_some(), text }
     }
 
     /// Whether later operations may change it: not for a constant or the result of one expression.
@@ -202,6 +214,15 @@ impl Table {
 
     pub(super) fn int(&mut self, n: i32) -> Sym {
         self.constant(Type::INT, vec![Value::Int(n)])
+    }
+
+    /// The value of an int constant.
+    pub(super) fn int_value(&self, sym: Sym) -> Option<i32> {
+        let symbol = self.get(sym).filter(|symbol| symbol.class == Class::Const)?;
+        match symbol.values.first() {
+            Some(Value::Int(n)) => Some(*n),
+            _ => None,
+        }
     }
 
     pub(super) fn float(&mut self, x: f32) -> Sym {

@@ -1,7 +1,6 @@
 //! Which operations read and write a symbol, and which symbols need derivatives.
 
 use super::table::{Op, Sym, Table};
-use crate::builtins::{self, Differentiates};
 use crate::oso::text;
 use std::ops::RangeInclusive;
 
@@ -29,12 +28,12 @@ pub(super) fn usages(table: &Table, ops: &[Op]) -> Vec<Usage> {
         around = around.filter(|range| range.contains(&at) || at < *range.start());
         let rounds = around.clone().filter(|range| range.contains(&at));
         let range = rounds.map_or((at, at), |range| (*range.start(), *range.end()));
-        for (sym, access) in op.args.iter().zip(&op.access) {
+        for (sym, access) in op.args.iter().zip(&op.usage.access) {
             let Some(usage) = all.get_mut(sym.0 as usize) else { continue };
-            if matches!(access, b'w' | b'W') {
+            if *access == b'w' {
                 widen(&mut usage.written, range);
             }
-            if matches!(access, b'r' | b'W') {
+            if *access == b'r' {
                 let changes = usage.written.1 >= 0;
                 widen(&mut usage.read, if changes { range } else { (at, at) });
             }
@@ -54,45 +53,20 @@ pub(super) fn usages(table: &Table, ops: &[Op]) -> Vec<Usage> {
     all
 }
 
-/// The arguments whose derivatives an operation uses.
-pub(super) fn differentiated(table: &Table, op: &Op) -> Vec<usize> {
-    match builtins::of_operation(&op.name).map(|row| row.facts.differentiates) {
-        // The first argument of the operation is the result.
-        Some(Differentiates::Arguments(list)) => list.iter().map(|at| at + 1).collect(),
-        Some(Differentiates::Noise(filtering)) => named_noise(table, op, filtering),
-        None => Vec::new(),
-    }
-}
-
-/// The coordinates of a noise that may be of the filtered kind.
-fn named_noise(table: &Table, op: &Op, filtering: &str) -> Vec<usize> {
-    let Some(name) = op.args.get(1).and_then(|sym| table.get(*sym)) else { return Vec::new() };
-    let filters = match name.values.first() {
-        Some(super::table::Value::Text(text)) => &**text == filtering,
-        _ => true,
-    };
-    if name.ty != osl_ir::types::Type::STRING || !filters {
-        return Vec::new();
-    }
-    let is_coordinate =
-        |at: &usize| op.args.get(*at).is_some_and(|sym| table.ty(*sym) != osl_ir::types::Type::STRING);
-    (2..op.args.len()).take_while(is_coordinate).collect()
-}
-
 /// Marks the symbols whose derivatives are needed: differentiated symbols, and everything from which they are
 /// computed.
 pub(super) fn derivatives(table: &mut Table, ops: &[Op]) {
     let mut writers: Vec<Vec<u32>> = vec![Vec::new(); table.symbols.len()];
     for (at, op) in ops.iter().enumerate() {
-        for (sym, access) in op.args.iter().zip(&op.access) {
-            if let (b'w' | b'W', Some(list)) = (access, writers.get_mut(sym.0 as usize)) {
+        for (sym, access) in op.args.iter().zip(&op.usage.access) {
+            if let (b'w', Some(list)) = (access, writers.get_mut(sym.0 as usize)) {
                 list.push(at as u32);
             }
         }
     }
     let mut open: Vec<Sym> = Vec::new();
     for op in ops {
-        open.extend(differentiated(table, op).into_iter().filter_map(|at| op.args.get(at).copied()));
+        open.extend(op.usage.derivatives.iter().filter_map(|at| op.args.get(*at).copied()));
     }
     while let Some(sym) = open.pop() {
         let Some(symbol) = table.get_mut(sym).filter(|s| !s.derivs) else { continue };
@@ -103,7 +77,7 @@ pub(super) fn derivatives(table: &mut Table, ops: &[Op]) {
         }
         symbol.derivs = true;
         for op in writers.get(sym.0 as usize).into_iter().flatten().filter_map(|at| ops.get(*at as usize)) {
-            let read = op.args.iter().zip(&op.access).filter(|(_, access)| matches!(access, b'r' | b'W'));
+            let read = op.args.iter().zip(&op.usage.access).filter(|(_, access)| **access == b'r');
             open.extend(read.map(|(sym, _)| *sym));
         }
     }

@@ -177,7 +177,10 @@ fn linearstep(w: &mut Writer<'_>, [low, high, x]: [Dual; 3], call: Call) -> Dual
     let above = w.sub(Dual { v, d }, low);
     let width = w.sub(high, low);
     let quotient = w.guarded(above, width);
-    call.with(quotient.d)
+    // With equal edges it is a step, whose derivatives are zero without a sign.
+    let [up, down] = [[low.v, high.v], [high.v, low.v]].map(|edges| w.lane(LaneOp::Step, &edges));
+    let equal = w.lane(LaneOp::FMul, &[up, down]);
+    call.with(w.select_tangents(quotient.d, [None; 2], equal))
 }
 
 /// Composing triples and taking them apart commutes with differentiation.

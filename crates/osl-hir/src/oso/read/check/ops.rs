@@ -3,7 +3,7 @@
 use super::super::file::{Class, Op, Section, SymbolType};
 use super::super::lex::Kind;
 use super::{Checker, Rule};
-use crate::builtins::{self, ParamType};
+use crate::builtins::{self, Param, ParamType, Signature};
 use crate::oso::operations::{self, Misuse, Operand, Usage};
 use crate::oso::text::{MAIN, unescape};
 use osl_ir::types::{Base, Extent, Type};
@@ -140,35 +140,41 @@ impl<'a> Checker<'_, 'a> {
     /// The parameters of a closure that the language knows have exactly their types.
     fn closure(&mut self, op: &Op<'a>, operands: &[Operand<'a>]) {
         let Some(row) = operands.get(1).and_then(|name| name.text).and_then(builtins::find) else { return };
-        let forms = || row.signatures().iter().filter(|form| form.ret == Type::CLOSURE);
+        let short = row.facts.left_out.0;
+        let is_form = |form: &&Signature| form.ret == Type::CLOSURE && form.params.len() != short;
+        let mut forms = row.signatures().iter().filter(is_form).peekable();
         let given = operands.get(2..).unwrap_or_default();
-        let Some(most) = forms().map(|form| form.params.len()).max() else { return };
-        let fits = |(param, operand): (&builtins::Param, &Operand<'_>)| match (param.ty, operand.ty) {
+        if forms.peek().is_none() {
+            return;
+        }
+        let fits = |(param, operand): (&Param, &Operand<'_>)| match (param.ty, operand.ty) {
             (ParamType::Of(wanted), Some(ty)) => alike(wanted, ty),
             (ParamType::Any { .. }, _) => true,
             (ParamType::Of(_), None) => false,
         };
-        let takes = |form: &&builtins::Signature| {
-            form.params.len() == most && given.len() >= most && form.params.iter().zip(given).all(fits)
-        };
-        if !forms().any(|form| takes(&form)) {
+        let takes =
+            |form: &Signature| given.len() >= form.params.len() && form.params.iter().zip(given).all(fits);
+        if !forms.any(takes) {
             let shown: Vec<String> = op.args.iter().skip(2).map(|(name, _)| self.shown(name)).collect();
             let message = format!("the closure `{}` does not take ({})", row.name, shown.join(", "));
             self.report(Rule::Operand, op.span, op.name, message);
         }
     }
 
-    /// Constants and input parameters are not written, and the initialiser of a parameter writes no other.
+    /// Constants and input parameters are not written. The initialiser of a parameter sets no other one, except
+    /// outputs before it, which have their values by then.
     fn writes(&mut self, at: usize, section: &Section<'a>) {
         let Some(op) = self.file.ops.get(at) else { return };
         let names: Vec<&str> = self.written(at).collect();
         for name in names {
             let class = self.symbol(name).map(|symbol| symbol.class);
-            let own = name == section.name;
+            let before = self.symbols.get(name) < self.symbols.get(section.name);
             let message = match class {
+                _ if name == section.name => continue,
+                Some(Class::Output) if section.name != MAIN && before => continue,
                 Some(Class::Const) => "is a constant",
                 Some(Class::Param) if section.name == MAIN => "is a parameter that is no output",
-                Some(Class::Param | Class::Output | Class::Global) if section.name != MAIN && !own => {
+                Some(Class::Param | Class::Output) if section.name != MAIN => {
                     "does not belong to the section"
                 }
                 _ => continue,

@@ -63,6 +63,9 @@ impl Checker<'_, '_> {
             if section.name != MAIN && !is_param {
                 self.report(Rule::Section, section.span, section.name, "there is no such parameter");
             }
+            if section.start == section.end {
+                self.report(Rule::Section, section.span, section.name, "the section is empty");
+            }
             if !names.insert(section.name) {
                 self.report(Rule::Section, section.span, section.name, "there are two sections of this name");
             }
