@@ -2,8 +2,8 @@
 //!
 //! `lex` splits lines, `file` knows the kinds of lines, `symbols` makes variables from the table, `flow`
 //! makes statements from structured operations, and `ops` and `call` make expressions from single ones.
-//! `check` compares a file with the rules of run times. Variables keep their names. Functions that compilers have inlined become functions without formals, so
-//! that their `return` leaves the right code.
+//! Variables keep their names. Functions that compilers have inlined become functions without formals, so
+//! that their `return` leaves the right code. `check` compares a file with the rules of run times.
 
 mod call;
 mod check;

@@ -54,8 +54,8 @@ impl Writer<'_> {
         Storage::Struct(fields.iter().enumerate().map(field).collect())
     }
 
-    /// The default: values of the symbols, or for each of them a section of code with its name. In run times, a
-    /// section sets no other parameter.
+    /// The default: values of the symbols, or for each of them a section of code with its name. In run times,
+    /// a section sets no other parameter.
     fn default(&mut self, storage: &Storage, ty: Type, init: &Init) {
         match (storage, init) {
             (Storage::Struct(parts), Init::List(items)) => {

@@ -161,8 +161,8 @@ impl<'a> Checker<'_, 'a> {
         }
     }
 
-    /// Constants and input parameters are not written. The initialiser of a parameter sets no other one, except
-    /// outputs before it, which have their values by then.
+    /// Constants and input parameters are not written. The initialiser of a parameter sets no other one,
+    /// except outputs before it, which have their values by then.
     fn writes(&mut self, at: usize, section: &Section<'a>) {
         let Some(op) = self.file.ops.get(at) else { return };
         let names: Vec<&str> = self.written(at).collect();
