@@ -10,6 +10,7 @@ use crate::hir::{BuiltinCall, Function, GLOBALS, Program};
 use crate::resolve;
 use osl_limits::Limits;
 use osl_syntax::{NoFiles, Options, Reports};
+use rustc_hash::FxHashSet;
 use std::sync::OnceLock;
 
 const TEXT: &str = include_str!("library.osl");
@@ -26,7 +27,10 @@ fn program() -> Option<&'static Program> {
 /// The function for a form of a built-in function.
 fn find(name: &str, signature: &Signature) -> Option<(&'static Program, &'static Function)> {
     // Most functions are operations, for which the library need not be read.
-    if !TEXT.contains(&format!(" {name}_(")) {
+    static NAMES: OnceLock<FxHashSet<&str>> = OnceLock::new();
+    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let words = || TEXT.split(|c| !is_part(c)).filter_map(|word| word.strip_suffix('_'));
+    if !NAMES.get_or_init(|| words().collect()).contains(name) {
         return None;
     }
     let program = program()?;

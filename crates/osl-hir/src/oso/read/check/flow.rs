@@ -74,8 +74,9 @@ impl Checker<'_, '_> {
     /// A loop ends only if its condition is computed again before each iteration.
     fn condition(&mut self, op: &Op<'_>, block: std::ops::Range<usize>) {
         let Some((name, _)) = op.args.first() else { return };
-        let is_written = block.into_iter().any(|at| self.written(at).any(|written| written == *name));
-        if !is_written {
+        let writers = self.writers.get(name).map_or(&[][..], Vec::as_slice);
+        let first = writers.partition_point(|at| *at < block.start);
+        if writers.get(first).is_none_or(|at| *at >= block.end) {
             let message = format!("no operation of the condition writes `{name}`");
             self.report(Rule::Flow, op.span, op.name, message);
         }

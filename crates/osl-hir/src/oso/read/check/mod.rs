@@ -81,6 +81,7 @@ pub fn check(text: &str, limits: &Limits) -> Vec<Violation> {
         lines: std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at as u32 + 1)).collect(),
         symbols: file.symbols.iter().enumerate().map(|(index, symbol)| (symbol.name, index)).collect(),
         usages: Vec::new(),
+        writers: FxHashMap::default(),
         violations: Vec::new(),
         most: limits.reading.diagnostics as usize,
     };
@@ -107,6 +108,8 @@ struct Checker<'f, 'a> {
     symbols: FxHashMap<&'a str, usize>,
     /// How each operation uses its operands, as far as it is valid.
     usages: Vec<Option<Usage>>,
+    /// The operations that write a symbol, in order.
+    writers: FxHashMap<&'a str, Vec<usize>>,
     violations: Vec<Violation>,
     most: usize,
 }

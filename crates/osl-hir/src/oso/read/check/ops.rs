@@ -7,41 +7,54 @@ use crate::builtins::{self, Param, ParamType, Signature};
 use crate::oso::operations::{self, Misuse, Operand, Usage};
 use crate::oso::text::{MAIN, unescape};
 use osl_ir::types::{Base, Extent, Type};
+use osl_syntax::span::Span;
 
 impl<'a> Checker<'_, 'a> {
     /// Checks each operation without its surroundings, and records how it uses its operands.
     pub(super) fn operations(&mut self) {
         let file = self.file;
-        self.usages = vec![None; file.ops.len()];
+        let mut valid = Vec::new();
+        for op in &file.ops {
+            let usage = match self.operands(op) {
+                Ok(operands) => {
+                    operations::usage(op.name, &operands).map_err(|misuse| self.misused(op, misuse))
+                }
+                Err((name, span)) => {
+                    self.report(Rule::Operand, span, op.name, format!("`{name}` is not declared"));
+                    Err(())
+                }
+            };
+            if let Ok(usage) = &usage {
+                self.hints(op, usage);
+            }
+            valid.push(usage.ok());
+        }
+        self.usages = valid;
+        for at in 0..file.ops.len() {
+            let written: Vec<&str> = self.written(at).collect();
+            written.into_iter().for_each(|name| self.writers.entry(name).or_default().push(at));
+        }
         for section in &file.sections {
             for (at, op) in self.ops(section) {
-                let Some(operands) = self.operands(op) else { continue };
-                match operations::usage(op.name, &operands) {
-                    Ok(usage) => {
-                        self.hints(op, &usage);
-                        if let Some(place) = self.usages.get_mut(at) {
-                            *place = Some(usage);
-                        }
-                    }
-                    Err(misuse) => self.misused(op, misuse),
-                }
                 if op.name == "clamp" {
                     self.report(Rule::Operand, op.span, op.name, operations::advice(op.name));
                 }
-                self.texts(op, &operands);
+                if let Ok(operands) = self.operands(op) {
+                    self.texts(op, &operands);
+                }
                 self.writes(at, section);
             }
         }
     }
 
-    /// The operands; `None` after a report about one that is not declared.
-    fn operands(&mut self, op: &Op<'a>) -> Option<Vec<Operand<'a>>> {
+    /// The operands.
+    ///
+    /// # Errors
+    /// The name of one that is not declared.
+    fn operands(&self, op: &Op<'a>) -> Result<Vec<Operand<'a>>, (&'a str, Span)> {
         let mut operands = Vec::new();
         for (name, span) in &op.args {
-            let Some(symbol) = self.symbol(name) else {
-                self.report(Rule::Operand, *span, op.name, format!("`{name}` is not declared"));
-                return None;
-            };
+            let symbol = self.symbol(name).ok_or((*name, *span))?;
             let (ty, array) = match symbol.ty {
                 SymbolType::Plain(ty) => (Some(ty), ty.is_array()),
                 SymbolType::Struct(name) => (None, name.ends_with(']')),
@@ -53,7 +66,7 @@ impl<'a> Checker<'_, 'a> {
             });
             operands.push(Operand { ty, array, constant, text });
         }
-        Some(operands)
+        Ok(operands)
     }
 
     fn misused(&mut self, op: &Op<'a>, misuse: Misuse) {
@@ -131,10 +144,9 @@ impl<'a> Checker<'_, 'a> {
         if matches!(class, Some(Class::Param | Class::Output | Class::Const)) {
             return true;
         }
-        let mut writers =
-            self.file.ops.iter().filter(|op| op.args.first().is_some_and(|(to, _)| *to == name));
-        let is_assigned = |op: &Op<'_>| matches!(op.name, "assign" | "format" | "concat" | "substr");
-        writers.next().is_some_and(is_assigned) && writers.next().is_none()
+        let Some([writer]) = self.writers.get(name).map(Vec::as_slice) else { return false };
+        let op = self.file.ops.get(*writer);
+        op.is_some_and(|op| matches!(op.name, "assign" | "format" | "concat" | "substr"))
     }
 
     /// The parameters of a closure that the language knows have exactly their types.
