@@ -79,6 +79,7 @@ fn texts(function: &str, position: usize) -> Option<&'static [&'static str]> {
         }
         ("transformc", _) => &["rgb", "hsv", "hsl", "YIQ", "XYZ", "xyY", "sRGB", "linear"],
         ("transform" | "getmatrix", _) => SPACES,
+        ("transformu", _) => &["mm", "mi", "common", "object", "s", "frames", "nowhere"],
         ("texture" | "environment" | "gettextureinfo", 0) => &["tex64.png", "none.png"],
         ("gettextureinfo", _) => &["exists", "resolution", "channels", "averagecolor", "nothing"],
         ("spline" | "splineinverse", _) => {

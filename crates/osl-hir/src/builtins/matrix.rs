@@ -37,6 +37,22 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .example("point p = transform(matrix(2), P); vector up = transform(\"shader\", vector(0, 1, 0));"),
     Builtin::compose(
+        "transformu",
+        &["f(s,s,f)", "f(s,f)"],
+        "fromunits, tounits, x | tounits, x",
+        transformu,
+        "Converts `x` from one unit to another; the default of `fromunits` is common. Units of length are \
+         mm, cm, m, km, in, ft, mi and the names of spaces; units of time are s, frames and common. A unit \
+         of common space counts as a metre, common time as seconds, and a second has 24 frames. No known \
+         renderer runs this function, although the language specification has it.",
+    )
+    .derivatives("those of x, converted")
+    .extremes(
+        "An unknown unit is a run-time error and counts as common, and so does a unit of time that is \
+         converted to or from a length. The unit of a space is the length of its x axis.",
+    )
+    .example("float metres = transformu(\"cm\", \"m\", 250 * u);"),
+    Builtin::compose(
         "getmatrix",
         &["i(s,s,om)", "i(s,om)"],
         "fromspace, tospace, M | fromspace, M",
@@ -174,6 +190,70 @@ fn transform(b: &mut Builder, s: &Site<'_>) -> Emitted {
             apply(b, ty, matrix, s.arg(1))
         }
     }
+}
+
+/// Units of length in tenths of a millimetre: all are whole.
+const LENGTHS: [(&str, f32); 7] = [
+    ("mm", 10.0),
+    ("cm", 100.0),
+    ("m", METRE),
+    ("km", 1e7),
+    ("in", 254.0),
+    ("ft", 3048.0),
+    ("mi", 16_093_440.0),
+];
+const METRE: f32 = 1e4;
+/// Units of time in frames.
+const TIMES: [(&str, f32); 2] = [("s", 24.0), ("frames", 1.0)];
+
+fn transformu(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let (from, to, x) = match s.args {
+        [from, to, x] => (*from, *to, *x),
+        _ => (common(b), s.arg(0), s.arg(1)),
+    };
+    let of_time = |b: &mut Builder, name| {
+        let zero = b.int(0);
+        let times = TIMES.map(|(unit, _)| is_named(b, name, unit));
+        let is_time = times.into_iter().fold(zero, |any, one| b.lane(LaneOp::IOr, &[any, one]));
+        let is_common = is_named(b, name, "common");
+        (is_time, b.lane(LaneOp::IOr, &[is_time, is_common]))
+    };
+    let ((a, may_a), (z, may_z)) = (of_time(b, from), of_time(b, to));
+    // Common is a time beside a unit of time, and a length otherwise.
+    let (any, both) = (b.lane(LaneOp::IOr, &[a, z]), b.lane(LaneOp::IAnd, &[may_a, may_z]));
+    let times = b.lane(LaneOp::IAnd, &[any, both]);
+    let (from, to) = (unit(b, from, times), unit(b, to, times));
+    let scaled = b.lane(LaneOp::FMul, &[x, from]);
+    b.lane(LaneOp::FDiv, &[scaled, to]).into()
+}
+
+fn is_named(b: &mut Builder, name: ValueId, unit: &str) -> ValueId {
+    let unit = b.constant(Const::Str(unit.into()));
+    b.lane(LaneOp::SEq, &[name, unit])
+}
+
+/// The size of a unit, of time or of length. Other names are those of spaces.
+fn unit(b: &mut Builder, name: ValueId, times: ValueId) -> ValueId {
+    let common = common(b);
+    let lengths = LENGTHS.map(|(unit, size)| (is_named(b, name, unit), size));
+    let known = lengths.iter().fold(times, |any, (one, _)| b.lane(LaneOp::IOr, &[any, *one]));
+    let space = b.choose(known, common, name);
+    let matrix = space_matrix(b, space, common);
+    let axis = b.constant(Const::Triple([1.0, 0.0, 0.0]));
+    let axis = b.lane(LaneOp::TransformVector, &[matrix, axis]);
+    let axis = b.lane(LaneOp::Length, &[axis]);
+    let metre = b.float(METRE);
+    let mut length = b.lane(LaneOp::FMul, &[axis, metre]);
+    for (is, size) in lengths {
+        let size = b.float(size);
+        length = b.choose(is, size, length);
+    }
+    let mut time = b.float(TIMES[0].1);
+    for (unit, size) in TIMES {
+        let (is, size) = (is_named(b, name, unit), b.float(size));
+        time = b.choose(is, size, time);
+    }
+    b.choose(times, time, length)
 }
 
 fn getmatrix(b: &mut Builder, s: &Site<'_>) -> Emitted {

@@ -227,6 +227,7 @@ pub(crate) fn numbers() -> Vec<Case> {
         p.note((x[0] / x[1]).trunc() as i64);
         x[0] % x[1]
     };
+    cases.push(of_floats("transformu", "transformu(\"in\", \"m\", $0)", &[wide], |x, _| x[0] * 0.0254));
     cases.push(of_floats("fmod", "fmod($0, $1)", &near, remainder).still(&[10]));
     cases.push(of_triples("fmod", "fmod($0, $1)", &near, remainder).still(&[3, 4, 5]));
     for call in ["logb", "floor", "ceil", "round", "trunc", "sign"] {
