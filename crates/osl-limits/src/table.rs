@@ -108,7 +108,7 @@ limits! {
         /// Nested structs in a compiled shader.
         oso_structs = 32, "levels", "E0601";
         /// Elements of constant arrays in a compiled shader, each array counted for every section that uses
-        /// it.
+        /// it, and of copies between arrays of different lengths.
         oso_elements = 1 << 20, "elements", "E0601";
         /// Lines of the sources that a compiled shader quotes.
         oso_quoted = 1 << 20, "lines", "messages name the line of the compiled shader";

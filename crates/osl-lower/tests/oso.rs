@@ -67,6 +67,14 @@ fn what_is_refused() {
 }
 
 #[test]
+fn a_struct_is_no_operand() {
+    let code = "code ___main___\n\tassign\tr x\n\tend\n";
+    let read = oso::read("s.oso", &format!("{HEAD}{SYMBOLS}local\tstruct S\tx\n{code}"), &Default::default());
+    let said: Vec<&str> = read.diagnostics.iter().map(|d| d.message.as_str()).collect();
+    assert_eq!(said, ["`x` is a struct, and operations take its fields"]);
+}
+
+#[test]
 fn a_file_of_another_kind() {
     for text in [
         "",

@@ -53,6 +53,67 @@ fn what_is_wrong_with_a_compiled_shader_is_said_with_its_place() {
     assert!(code == 1 && err.contains("is not declared"), "{err}");
 }
 
+/// Files that no compiler has written, with values computed from the rules of the operations.
+#[test]
+fn operations_give_the_values_of_their_rules() {
+    for name in ["transforms", "operations"] {
+        let made = |ending: &str| file(&format!("tests/data/oso_made/{name}.{ending}"));
+        let expected = std::fs::read_to_string(made("txt")).unwrap();
+        let outputs = expected.lines().filter_map(|line| line.split(' ').next());
+        let outputs = outputs.flat_map(|output| ["-o", output, "null"]);
+        let args: Vec<&str> = ["testshade", "-g", "1", "1", "--print"].into_iter().chain(outputs).collect();
+        let (code, out, err) = command(&[&args[..], &[&made("oso")]].concat());
+        assert_eq!((code, err.as_str()), (0, ""), "{out}");
+        let got = out.lines().filter_map(|line| line.strip_prefix("  ")?.split_once(" : "));
+        let numbers = |text: &str| text.split(' ').map(|x| x.parse().unwrap()).collect::<Vec<f32>>();
+        let mut count = 0;
+        for (line, (output, values)) in expected.lines().zip(got) {
+            let (expected_name, expected_values) = line.split_once(' ').unwrap();
+            assert_eq!(output, expected_name);
+            let (values, expected) = (numbers(values), numbers(expected_values));
+            let near = values.iter().zip(&expected).all(|(a, b)| (a - b).abs() <= 1e-5 * b.abs().max(0.1));
+            assert!(near && values.len() == expected.len(), "{output}: {values:?}, not {expected:?}");
+            count += 1;
+        }
+        assert_eq!(count, expected.lines().count(), "{out}");
+        if name == "operations" {
+            assert!(out.contains("(2, -2, 4) * emission ()"), "{out}");
+        }
+    }
+}
+
+#[test]
+fn units_are_converted() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name).display().to_string();
+    let expressions = [
+        ("transformu(\"cm\", \"m\", 250.0)", 2.5),
+        ("transformu(\"mi\", \"km\", 2)", 3.218688),
+        ("transformu(\"ft\", 0.3048)", 1.0),
+        ("transformu(\"in\", \"common\", 100)", 2.54),
+        ("transformu(\"s\", \"frames\", 0.5)", 12.0),
+        ("transformu(\"frames\", \"common\", 12)", 0.5),
+        ("transformu(\"object\", \"m\", 3)", 6.0),
+        ("transformu(u > 2 ? \"mm\" : \"km\", \"cm\", 0.01)", 1000.0),
+        ("transformu(\"nosuch\", \"m\", 5)", 5.0),
+        ("transformu(\"s\", \"m\", 5)", 5.0),
+    ];
+    let body: String = expressions.iter().enumerate().map(|(i, (e, _))| format!("r[{i}] = {e};\n")).collect();
+    let text = format!("shader units(output float r[10] = {{}}) {{\n{body} }}\n");
+    std::fs::write(path("units.osl"), text).unwrap();
+    let (code, out, err) =
+        command(&[&path("units.osl"), "-g", "2x2", "--object-space", "2,0,0,0,0,2,0,0,0,0,2,0,0,0,0,1"]);
+    assert_eq!(code, 0, "{err}");
+    for (at, (expression, value)) in expressions.iter().enumerate() {
+        assert!(out.contains(&format!("r[{at}]: {value} to {value}")), "{expression}: {out}");
+    }
+    for unknown in ["nosuch", "s"] {
+        assert!(err.contains(&format!("Unknown transformation \"{unknown}\"")), "{err}");
+    }
+    let (_, text, _) = command(&["doc", "transformu"]);
+    assert!(text.contains("No known renderer runs"), "{text}");
+}
+
 #[test]
 fn information_as_text() {
     let (code, source, err) = command(&["info", &file("tests/data/values/struct/params.osl")]);

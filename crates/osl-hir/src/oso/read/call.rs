@@ -1,41 +1,64 @@
 //! Operations that are library functions: found in the one table by name and by the types of their arguments
 //! and results.
 
-use super::{Builder, Result};
-use crate::builtins::{self, Builtin, Param, ParamType, Signature};
+use super::{Builder, Result, parts};
+use crate::builtins::{self, Builtin, Compiled, Param, ParamType, Signature};
 use crate::hir::{BuiltinCall, Expr, ExprKind, Lvalue, OperationCall};
 use crate::oso::errors;
 use crate::resolve::convert_to;
 use osl_ir::types::{Base, Extent, StructTable, Type};
+use osl_syntax::ast::BinaryOp;
 use osl_syntax::span::Span;
 
 impl Builder<'_, '_> {
-    /// The call of a function. Its result, if any, is stored in the first argument.
-    pub(super) fn library(&mut self, at: usize, values: Vec<Expr>, span: Span) -> Result<Expr> {
+    /// The call of the function `name`. Its result, if any, is stored in the first argument.
+    pub(super) fn library(&mut self, at: usize, name: &str, values: Vec<Expr>, span: Span) -> Result<Expr> {
         let file = self.file;
         let Some(op) = file.ops.get(at) else { return Err(errors::jump(Span::default(), "no operation")) };
-        if op.name == "closure" {
+        if name == "closure" {
             return self.closure(at, values, op.span, span);
         }
-        let row = self.row(op.name, op.span)?;
+        let row = self.row(name, op.span)?;
         let yields = row.signatures().iter().any(|s| s.ret != Type::VOID);
         let to = if yields { Some(self.target(at, span)?) } else { None };
         let args = values.into_iter().skip(usize::from(yields)).collect::<Vec<Expr>>();
         let result = to.as_ref().map(|to| to.ty);
-        let scored = row.signatures().iter().enumerate();
-        let scored =
-            scored.filter_map(|(index, s)| Some((score(&self.structs, s, result, &args)?, index, s)));
-        // Of several equal candidates, the first one counts, as everywhere.
-        let best = scored.min_by_key(|(score, ..)| std::cmp::Reverse(*score));
-        let Some((_, overload, signature)) = best else {
-            return Err(self.no_form(row.name, &args, op.span));
-        };
-        let call = self.bound(row, overload, signature, args);
-        let call = Expr { ty: signature.ret, kind: ExprKind::Builtin(call), span };
+        let call = self.chosen(row, name, result, &args, span).or_else(|| {
+            // Some functions of triples are missing in the language.
+            let ty = result.filter(|ty| ty.is_triple())?;
+            let float = |parts: Vec<Expr>| self.chosen(row, name, Some(Type::FLOAT), &parts, span);
+            parts::each(ty, &args, span, float)
+        });
+        let call = call.ok_or_else(|| self.no_form(row.name, &args, op.span))?;
         match to {
             Some(to) => self.store(to, call, op.span),
             None => Ok(call),
         }
+    }
+
+    /// The call of the signature that matches best.
+    fn chosen(
+        &self,
+        row: &'static Builtin,
+        operation: &str,
+        result: Option<Type>,
+        args: &[Expr],
+        span: Span,
+    ) -> Option<Expr> {
+        let named = |s: &Signature| match row.facts.compiled {
+            // The name of the operation decides, not the kinds of its triples.
+            Compiled::ByResult(names) => {
+                let name = names.iter().find(|(ty, _)| *ty == s.ret).map_or(row.name, |(_, name)| name);
+                name == operation
+            }
+            _ => true,
+        };
+        let forms = row.signatures().iter().enumerate().filter(|(_, s)| named(s));
+        let scored = forms.filter_map(|(index, s)| Some((score(&self.structs, s, result, args)?, index, s)));
+        // Of several equal candidates, the first one counts, as everywhere.
+        let (_, overload, signature) = scored.min_by_key(|(score, ..)| std::cmp::Reverse(*score))?;
+        let call = self.bound(row, overload, signature, args.to_vec());
+        Some(Expr { ty: signature.ret, kind: ExprKind::Builtin(call), span })
     }
 
     fn no_form(&self, name: &str, args: &[Expr], op: Span) -> errors::Wrong {
@@ -46,9 +69,9 @@ impl Builder<'_, '_> {
     /// A component of a closure with any name. The table tells which arguments of its closures are keywords;
     /// for other closures the file does not tell, so all arguments count as parameters.
     fn closure(&mut self, at: usize, values: Vec<Expr>, op: Span, span: Span) -> Result<Expr> {
-        let mut values = values.into_iter();
-        // The name may be preceded by a weight, which would have to be multiplied in.
-        let Some(ExprKind::Str(name)) = values.nth(1).map(|e| e.kind) else {
+        let mut values = values.into_iter().skip(1).peekable();
+        let weight = values.next_if(|e| e.ty.is_number() || e.ty.is_triple());
+        let Some(ExprKind::Str(name)) = values.next().map(|e| e.kind) else {
             return Err(errors::operation(op, "the name of a closure is a constant string"));
         };
         let args: Vec<Expr> = values.collect();
@@ -67,8 +90,14 @@ impl Builder<'_, '_> {
         };
         let args = args.into_iter().enumerate().map(convert).collect();
         let call = OperationCall { name, formals, args };
+        let component = Expr { ty: Type::CLOSURE, kind: ExprKind::Operation(call), span };
+        let component = match weight {
+            Some(weight) => parts::binary(BinaryOp::Mul, component, weight, span),
+            None => Some(component),
+        };
+        let component = component.ok_or_else(|| errors::operation(op, "no weight of a closure"))?;
         let to = self.target(at, span)?;
-        self.store(to, Expr { ty: Type::CLOSURE, kind: ExprKind::Operation(call), span }, op)
+        self.store(to, component, op)
     }
 
     /// The row with an operation's name.

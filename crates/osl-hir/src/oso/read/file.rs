@@ -163,7 +163,12 @@ impl<'a> Reader<'a> {
             return self.section(rest, span);
         }
         if !self.file.sections.is_empty() {
-            return self.op(word, rest, span);
+            // A label before an operation has no meaning.
+            let is_label = word.strip_suffix(':').is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit()));
+            return match rest.split_first() {
+                Some((name, rest)) if is_label => self.op(name.word().unwrap_or_default(), rest, span),
+                _ => self.op(word, rest, span),
+            };
         }
         let class = match word {
             "param" => Class::Param,
@@ -260,9 +265,8 @@ impl<'a> Reader<'a> {
 }
 
 fn shader<'a>(kind: &str, rest: &[Token<'a>], span: Span) -> Result<Shader<'a>, Wrong> {
-    let Some(kind) = text::shader_kind(kind) else {
-        return Err(errors::syntax(span, format!("`{kind}` is no kind of shader")));
-    };
+    // Other kinds are allowed, too: `light`, or any word.
+    let kind = text::shader_kind(kind).unwrap_or(ShaderKind::Generic);
     let Some(name) = rest.first().and_then(Token::text).filter(|name| !name.is_empty()) else {
         return Err(errors::syntax(span, "a shader without a name"));
     };

@@ -1,7 +1,8 @@
 //! Reading: from the text of a compiled shader to the resolved tree.
 //!
 //! `lex` splits lines, `file` knows the kinds of lines, `symbols` makes variables from the table, `flow`
-//! makes statements from structured operations, and `ops` and `call` make expressions from single ones.
+//! makes statements from structured operations, and `ops` and `call` make expressions from single ones, with
+//! `parts` for operations that work component by component.
 //! Variables keep their names. Functions that compilers have inlined become functions without formals, so
 //! that their `return` leaves the right code. `check` compares a file with the rules of run times.
 
@@ -11,6 +12,7 @@ mod file;
 mod flow;
 mod lex;
 mod ops;
+mod parts;
 mod sources;
 mod symbols;
 

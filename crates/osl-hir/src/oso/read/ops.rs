@@ -1,12 +1,14 @@
 //! Single operations: operators, parts of variables, constructors. All others are built-in functions.
 
+use super::file::Op;
+use super::parts::{self, binary, part};
 use super::{Builder, Result};
 use crate::builtins;
-use crate::hir::{BuiltinCall, Expr, ExprKind, Init, Lvalue, Step};
+use crate::hir::{BuiltinCall, Expr, ExprKind, Init, Lvalue};
 use crate::oso::{errors, text};
-use crate::resolve::{convert_to, operators, unify_numbers};
-use osl_ir::types::{Base, Type};
-use osl_syntax::ast::{BinaryOp, UnaryOp};
+use crate::resolve::{convert_to, operators};
+use osl_ir::types::{Base, Extent, Type};
+use osl_syntax::ast::UnaryOp;
 use osl_syntax::span::Span;
 
 impl Builder<'_, '_> {
@@ -15,9 +17,24 @@ impl Builder<'_, '_> {
         let file = self.file;
         let Some(op) = file.ops.get(at) else { return Err(errors::jump(Span::default(), "no operation")) };
         let span = self.spans.get(at).copied().unwrap_or(op.span);
+        if let [to, of] = op.args.as_slice()
+            && let Some(answer) = self.symbols.about_struct(op.name, of.0)
+        {
+            let to = self.place(*to, span)?;
+            return self.store(to, Expr { ty: Type::INT, kind: ExprKind::Int(answer), span }, op.span);
+        }
         let values = op.args.iter().map(|arg| self.operand(*arg, span)).collect::<Result<Vec<Expr>>>()?;
+        let values = if MIXES.contains(&op.name) { of_result(values) } else { values };
         let wrong = || errors::operation(op.span, format!("`{}` does not take these arguments", op.name));
-        match (op.name, values.as_slice()) {
+        match (name(op.name, &values), values.as_slice()) {
+            ("clamp", [to, args @ ..]) => {
+                let value = parts::clamp(to.ty, args, span).ok_or_else(wrong)?;
+                let to = self.target(at, span)?;
+                self.store(to, value, op.span)
+            }
+            ("assign" | "arraycopy", [to, from]) if lengths_differ(to.ty, from.ty) => {
+                self.copy_elements(to, from, op.span)
+            }
             ("aassign" | "compassign", [_, index, value]) => {
                 let to = self.target(at, span)?;
                 let to = part(to, index, None).ok_or_else(wrong)?;
@@ -34,8 +51,23 @@ impl Builder<'_, '_> {
                 let value = value(name, args, span).ok_or_else(wrong)?;
                 self.store(to, value, op.span)
             }
-            _ => self.library(at, values, span),
+            (name, _) => self.library(at, name, values, span),
         }
+    }
+
+    /// Copies the elements that both arrays have. The longer array keeps the rest.
+    fn copy_elements(&mut self, to: &Expr, from: &Expr, op: Span) -> Result<Expr> {
+        let length = |ty: Type| if let Extent::Array(n) = ty.extent { n } else { 0 };
+        let count = length(to.ty).min(length(from.ty));
+        self.symbols.charge(u64::from(count), &self.limits, op)?;
+        let mut list = Vec::new();
+        for at in 0..count {
+            let at = Expr { ty: Type::INT, kind: ExprKind::Int(at as i32), span: to.span };
+            let (Some(place), Some(value)) = (element(to, &at), element(from, &at)) else { break };
+            let value = Expr { ty: value.ty, kind: ExprKind::Read(value), span: to.span };
+            list.push(self.store(place, value, op)?);
+        }
+        Ok(Expr { ty: Type::VOID, kind: ExprKind::Comma(list), span: to.span })
     }
 
     /// The place of the first argument.
@@ -62,6 +94,46 @@ impl Builder<'_, '_> {
         };
         Ok(Expr { ty: to.ty, kind: ExprKind::Assign(to, Box::new(Init::Value(value))), span })
     }
+}
+
+/// Operations on numbers that convert each operand to the type of the result before they compute.
+const MIXES: [&str; 9] = ["add", "sub", "mul", "div", "mod", "fmod", "min", "max", "clamp"];
+
+/// The operands of such an operation: its result, which comes first, is a number or is left alone.
+fn of_result(values: Vec<Expr>) -> Vec<Expr> {
+    let Some(ty) = values.first().map(|to| to.ty).filter(|ty| ty.is_number()) else { return values };
+    values.into_iter().map(|e| if e.ty.is_number() { convert_to(ty, e) } else { e }).collect()
+}
+
+/// The name of the operation that runs: some have several names, and `mod` of floats is the function `fmod`.
+fn name<'n>(name: &'n str, values: &[Expr]) -> &'n str {
+    match name {
+        "mod" | "fmod" if values.iter().all(|e| e.ty == Type::INT) => "mod",
+        "mod" => "fmod",
+        "strtoi" => "stoi",
+        "strtof" => "stof",
+        name => name,
+    }
+}
+
+/// The symbol of which an operation reads or writes a part.
+pub(super) fn divided<'a>(op: &Op<'a>) -> Option<&'a str> {
+    let at = match op.name {
+        "compassign" | "mxcompassign" => 0,
+        "compref" | "mxcompref" => 1,
+        _ => return None,
+    };
+    op.args.get(at).map(|(name, _)| *name)
+}
+
+fn lengths_differ(a: Type, b: Type) -> bool {
+    matches!((a.extent, b.extent), (Extent::Array(n), Extent::Array(m)) if n != m)
+}
+
+/// The element of an array.
+fn element(array: &Expr, index: &Expr) -> Option<Lvalue> {
+    let ExprKind::Read(place) = &array.kind else { return None };
+    part(place.clone(), index, None)
 }
 
 /// The value of an operator, a part of a variable, or a constructor.
@@ -102,60 +174,18 @@ fn is_value(name: &str) -> bool {
         "normal",
         "matrix",
     ];
-    // Compilers write `mod` only for the operator, and inline the function with this name.
     others.contains(&name) || text::OPERATORS.iter().any(|(n, _)| *n == name)
 }
 
-/// A part of a place: an element, a component or a cell.
-fn part(place: Lvalue, index: &Expr, column: Option<&Expr>) -> Option<Lvalue> {
-    let int = |e: &Expr| (e.ty == Type::INT).then(|| Box::new(e.clone()));
-    let (step, ty) = match column {
-        Some(column) if place.ty == Type::MATRIX => (Step::Cell(int(index)?, int(column)?), Type::FLOAT),
-        None if place.ty.is_array() => (Step::Element(int(index)?), place.ty.element()),
-        None if place.ty.is_triple() => (Step::Component(int(index)?), Type::FLOAT),
-        _ => return None,
-    };
-    let mut place = place;
-    place.path.push(step);
-    Some(Lvalue { ty, ..place })
-}
-
 fn read(of: &Expr, index: &Expr, column: Option<&Expr>, span: Span) -> Option<Expr> {
-    if let ExprKind::Read(place) = &of.kind {
-        let place = part(place.clone(), index, column)?;
-        return Some(Expr { ty: place.ty, kind: ExprKind::Read(place), span });
-    }
-    // A component of a constant.
-    let (ExprKind::Triple(parts), ExprKind::Int(at), None) = (&of.kind, &index.kind, column) else {
-        return None;
-    };
-    parts.get(usize::try_from(*at).ok()?).cloned()
+    let ExprKind::Read(place) = &of.kind else { return None };
+    let place = part(place.clone(), index, column)?;
+    Some(Expr { ty: place.ty, kind: ExprKind::Read(place), span })
 }
 
 fn unary(op: UnaryOp, value: &Expr, span: Span) -> Option<Expr> {
     let ty = operators::unary(op, value.ty)?;
     Some(Expr { ty, kind: ExprKind::Unary(op, Box::new(value.clone())), span })
-}
-
-fn binary(op: BinaryOp, a: Expr, b: Expr, span: Span) -> Option<Expr> {
-    if matches!(op, BinaryOp::Eq | BinaryOp::Ne) && (a.ty == Type::CLOSURE || b.ty == Type::CLOSURE) {
-        return has_closure(op, a, b, span);
-    }
-    // A function's color can stand for a point of its caller (an output argument), and weights a closure too.
-    let weight = |e: Expr| if e.ty.is_triple() { convert_to(Type::COLOR, e) } else { e };
-    let is_weighted = op == BinaryOp::Mul && (a.ty == Type::CLOSURE || b.ty == Type::CLOSURE);
-    let (a, b) = if is_weighted { (weight(a), weight(b)) } else { (a, b) };
-    let ty = operators::binary(op, a.ty, b.ty)?;
-    let (a, b) = if matches!(op, BinaryOp::And | BinaryOp::Or) { (a, b) } else { unify_numbers(a, b) };
-    Some(Expr { ty, kind: ExprKind::Binary(op, Box::new(a), Box::new(b)), span })
-}
-
-/// A closure compared with 0: whether there is one.
-fn has_closure(op: BinaryOp, a: Expr, b: Expr, span: Span) -> Option<Expr> {
-    let closure = if a.ty == Type::CLOSURE { a } else { b };
-    let not = |e: Expr| Expr { ty: Type::INT, kind: ExprKind::Unary(UnaryOp::Not, Box::new(e)), span };
-    let none = not(closure);
-    Some(if op == BinaryOp::Eq { none } else { not(none) })
 }
 
 /// A triple of one or three numbers, in a space or not.

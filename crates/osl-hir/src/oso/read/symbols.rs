@@ -6,6 +6,7 @@ use super::{Builder, Result};
 use crate::hir::{Expr, ExprKind, GLOBALS, Init, Lvalue, Param, Step, Stmt, StmtKind, Var, VarId, VarKind};
 use crate::oso::{errors, text};
 use osl_ir::types::{Base, Extent, Field, Struct, Type};
+use osl_limits::Reading;
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
@@ -17,7 +18,10 @@ pub(super) enum Meaning {
     Lvalue { var: VarId, path: Vec<u32>, ty: Type },
     /// A constant.
     Literal(Type, ExprKind),
-    /// A constant array: a variable that is set before it is used.
+    /// A local struct: only its fields are variables.
+    Struct,
+    /// A constant array, or a constant with parts that operations name: a variable that is set before it is
+    /// used.
     Table { var: VarId, init: Init },
 }
 
@@ -30,8 +34,33 @@ pub(super) struct Symbols<'a> {
     used: FxHashSet<VarId>,
     /// Elements of constant arrays in all sections so far.
     elements: u64,
+    /// The lengths of arrays of structs.
+    lengths: FxHashMap<&'a str, i32>,
+    /// Constants of which operations read or write parts.
+    divided: FxHashSet<&'a str>,
     /// A parameter whose default is being computed, and the variable that stands for it meanwhile.
     stands_for: Option<(VarId, VarId)>,
+}
+
+impl Symbols<'_> {
+    /// The answer to a question about a struct: the length of an array of structs, or whether a local one is
+    /// connected.
+    pub(super) fn about_struct(&self, question: &str, name: &str) -> Option<i32> {
+        match question {
+            "arraylength" => self.lengths.get(name).copied(),
+            "isconnected" => matches!(self.meanings.get(name), Some(Meaning::Struct)).then_some(0),
+            _ => None,
+        }
+    }
+
+    /// Counts elements of arrays that are written one by one.
+    pub(super) fn charge(&mut self, elements: u64, limits: &Reading, at: Span) -> Result<()> {
+        self.elements = self.elements.saturating_add(elements);
+        if self.elements > limits.oso_elements {
+            return Err(errors::too_large(at, "the constant and copied arrays of all parts are too large"));
+        }
+        Ok(())
+    }
 }
 
 /// A parameter before its default is known.
@@ -67,18 +96,26 @@ impl<'a> Builder<'_, 'a> {
         for list in fields.values_mut() {
             list.sort_by_key(|index| file.symbols.get(*index).and_then(|s| s.parent).map_or(0, |(_, at)| at));
         }
+        self.symbols.divided = file.ops.iter().filter_map(super::ops::divided).collect();
         let mut params = Vec::new();
         let mut seen = FxHashSet::default();
         for (index, symbol) in file.symbols.iter().enumerate() {
             if !seen.insert(symbol.name) {
                 return Err(errors::symbol(symbol.span, format!("`{}` is declared twice", symbol.name)));
             }
+            if let SymbolType::Struct(name) = symbol.ty
+                && let Some((_, length)) = name.split_once('[')
+                && let Ok(length) = length.trim_end_matches(']').parse()
+            {
+                self.symbols.lengths.insert(symbol.name, length);
+            }
             match (symbol.class, symbol.ty) {
                 (Class::Global, SymbolType::Plain(_)) => self.global(symbol)?,
                 (Class::Const, SymbolType::Plain(ty)) => self.constant(symbol, ty)?,
                 (Class::Local, SymbolType::Plain(ty)) => self.local(symbol, ty)?,
-                // For a local struct, only the fields are variables.
-                (Class::Local, SymbolType::Struct(_)) => {}
+                (Class::Local, SymbolType::Struct(_)) => {
+                    self.symbols.meanings.insert(symbol.name, Meaning::Struct);
+                }
                 (Class::Param | Class::Output, ty) => {
                     let of_struct = symbol.parent.is_some_and(|(parent, _)| {
                         symbol.name.strip_prefix(parent).is_some_and(|rest| rest.starts_with('.'))
@@ -124,8 +161,10 @@ impl<'a> Builder<'_, 'a> {
         let ty = sized(ty, &symbol.values);
         let init = literal(ty, &symbol.values, symbol.span)?;
         let meaning = match init {
-            Init::Value(value) => Meaning::Literal(ty, value.kind),
-            Init::List(_) => {
+            Init::Value(value) if !self.symbols.divided.contains(symbol.name) => {
+                Meaning::Literal(ty, value.kind)
+            }
+            init => {
                 let var = self.var(symbol.name, ty, VarKind::Local, symbol.span);
                 Meaning::Table { var, init }
             }
@@ -290,16 +329,18 @@ impl<'a> Builder<'_, 'a> {
             return Err(errors::symbol(at, format!("`{name}` is not declared")));
         };
         let (var, path, ty) = match meaning {
+            Meaning::Struct => {
+                let message = format!("`{name}` is a struct, and operations take its fields");
+                return Err(errors::operation(at, message));
+            }
             Meaning::Literal(ty, kind) => return Ok(Expr { ty: *ty, kind: kind.clone(), span }),
             Meaning::Lvalue { var, path, ty } => (*var, path.clone(), *ty),
             Meaning::Table { var, init } => {
                 let var = *var;
                 if self.symbols.used.insert(var) {
-                    self.symbols.elements += if let Init::List(list) = init { list.len() as u64 } else { 1 };
-                    if self.symbols.elements > self.limits.oso_elements {
-                        return Err(errors::too_large(at, "the constant arrays of all parts are too large"));
-                    }
+                    let elements = if let Init::List(list) = init { list.len() as u64 } else { 1 };
                     self.symbols.tables.push((var, init.clone()));
+                    self.symbols.charge(elements, &self.limits, at)?;
                 }
                 (var, Vec::new(), self.vars.get(var.0 as usize).map_or(Type::ERROR, |v| v.ty))
             }
@@ -354,7 +395,10 @@ fn literal(ty: Type, values: &[Token<'_>], span: Span) -> Result<Init> {
 fn element(base: Base, values: &[Token<'_>], span: Span) -> Result<Expr> {
     let of = |ty, kind| Expr { ty, kind, span };
     Ok(match base {
-        Base::Int => of(Type::INT, ExprKind::Int(values.first().map_or(Ok(0), parsed)?)),
+        Base::Int => {
+            let value: i64 = values.first().map_or(Ok(0), parsed)?;
+            of(Type::INT, ExprKind::Int(value.clamp(i32::MIN.into(), i32::MAX.into()) as i32))
+        }
         Base::Float => float(values.first(), span)?,
         Base::String => {
             let text: Arc<str> = match values.first().map(|t| t.kind) {
