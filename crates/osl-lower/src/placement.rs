@@ -115,10 +115,13 @@ impl Lowerer<'_> {
     fn runs_anyway(&self, index: usize, layer: &Lowered, wiring: &Wiring<'_>, globals: &[SlotId]) -> bool {
         let (body, rules) = (&self.b.body, wiring.rules);
         let writes_globals = || globals.iter().any(|g| first_use::is_stored(body, layer.block, 0, *g));
-        wiring.asks(index)
-            || rules.eager_globals && writes_globals()
-            || rules.eager_errors && reports(body, layer.block)
-            || rules.eager_unconnected && !wiring.leaves(index)
+        let eager = || {
+            rules.eager_globals && writes_globals()
+                || rules.eager_errors && runs(body, layer.block, &reports)
+                || rules.eager_traces && runs(body, layer.block, &|kernel| matches!(kernel, Kernel::Trace))
+                || rules.eager_unconnected && !wiring.leaves(index)
+        };
+        wiring.asks(index) || rules.is_eager() && eager()
     }
 
     /// Appends the instructions of a block to another.
@@ -136,12 +139,17 @@ impl Lowerer<'_> {
     }
 }
 
-/// Whether a block may report a shader error.
-fn reports(body: &Body, block: BlockId) -> bool {
+/// Whether an operation reports a shader error.
+fn reports(kernel: &Kernel) -> bool {
+    matches!(kernel, Kernel::Print { sink: Sink::Error, .. })
+}
+
+/// Whether a block may run such an operation.
+fn runs(body: &Body, block: BlockId, wanted: &dyn Fn(&Kernel) -> bool) -> bool {
     body.block(block).insts.iter().any(|inst| match &inst.op {
-        Op::Kernel(Kernel::Print { sink: Sink::Error, .. }, _) => true,
-        Op::If { then, otherwise, .. } => reports(body, *then) || reports(body, *otherwise),
-        Op::Loop { body: round, .. } => reports(body, *round),
+        Op::Kernel(kernel, _) => wanted(kernel),
+        Op::If { then, otherwise, .. } => runs(body, *then, wanted) || runs(body, *otherwise, wanted),
+        Op::Loop { body: round, .. } => runs(body, *round, wanted),
         _ => false,
     })
 }

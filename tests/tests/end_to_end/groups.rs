@@ -148,7 +148,6 @@ fn malformed_groups() {
         "param float x \"unfinished ;\nshader dst B ;",
         "param float x 1 [[ int nonsense = 1 ]] ;\nshader dst B ;",
         "param float x 1 [[ int lockgeom = 0 ;\nshader dst B ;",
-        "shader src A ;;",
         "shader ;\nconnect A.f ;\nnothing at all ;",
         "shader missing A ;",
         "shader broken A ;\nshader dst B ;",
@@ -245,6 +244,41 @@ fn an_input_is_handed_on_and_an_output_is_connected_to() {
                 connect S.f P.x ; connect S.f P.y ; connect P.x R.a ; connect P.y R.b ;";
     let (columns, _) = run_text(text, &[("say", SAY), ("pass", pass), ("root", root)], &[]);
     assert_eq!(columns[0].1, [0.0, 11.0, 0.0, 11.0]);
+}
+
+#[test]
+fn blank_statements_mean_nothing_and_components_have_names() {
+    let src = "shader src(output color c = color(u, v, 7), output point p = point(u, 2, 3)) { }";
+    let dst = "shader dst(float x = 0, vector w = 0, output vector r = 0) { r = w + x; }";
+    let sources = [("src", src), ("dst", dst)];
+    let red = |text: &str| run_text(text, &sources, &[]).0.iter().map(|(_, v)| v[1]).collect::<Vec<f32>>();
+    let text = "; shader src A ;; ,shader dst B, ;; connect A.c.b B.x ; connect A.p.x B.w.y ; ;";
+    assert_eq!(red(text), [7.0, 8.0, 7.0]);
+    assert_eq!(red(text), red("shader src A ; shader dst B ; connect A.c[2] B.x ; connect A.p[0] B.w[1] ;"));
+    // A layer without a name has that of its shader, not of the file.
+    assert_eq!(
+        red("shader src ; shader dst ; connect src_0.c.g dst_1.x"),
+        red("shader src A; shader dst B; connect A.c[1] B.x;")
+    );
+}
+
+#[test]
+fn an_entry_excludes_what_runs_unasked() {
+    let tell =
+        "shader tell(string name = \"\", float x = 0, output float f = 1) { printf(\"%s%g \", name, x); }";
+    let layers = "param string name \"a\"; shader tell A; param string name \"b\"; shader tell B; \
+                  param string name \"c\"; shader tell C; connect A.f B.x;";
+    let checked =
+        stages::check_group("test.group", layers, "g", &Sources(&[("tell", tell)]), &Options::default());
+    let mut group = checked.group.unwrap();
+    let last = Last::Named(Vec::new());
+    let mut printed = |entries: Option<Vec<usize>>| {
+        (group.rules.entries, group.rules.eager_unconnected) = (entries, true);
+        run_for(&group, &Requests { last: last.clone(), ..Requests::default() }).1.concat()
+    };
+    assert_eq!(printed(None), "a0 b1 c0 ".repeat(4));
+    assert_eq!(printed(Some(vec![2])), "c0 ".repeat(4));
+    assert_eq!(printed(Some(vec![2, 1])), "c0 a0 b1 ".repeat(4));
 }
 
 /// The printed text of two connected layers; `own` are the outputs of the second layer that the renderer

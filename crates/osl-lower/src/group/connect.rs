@@ -60,7 +60,8 @@ struct ConnectionEnd {
 }
 
 impl Group {
-    /// Connects `from` to `to`, each given as a layer and a parameter or its part: `c`, `c[1]`, `s.field`.
+    /// Connects `from` to `to`, each given as a layer and a parameter or its part: `c`, `c[1]`, `c.g`,
+    /// `s.field`.
     ///
     /// # Errors
     /// Why they cannot be connected; the group is then unchanged.
@@ -95,11 +96,12 @@ impl Group {
             ConnectError::NoLayer(layer.to_string(), closest(layer, names).map(str::to_string))
         })?;
         let program = &self.layers[index].program;
-        let (path, component) = match path.strip_suffix(']').and_then(|p| p.rsplit_once('[')) {
+        let whole = format!("{layer}.{path}");
+        let no_part = || ConnectError::NoPart(whole.clone());
+        let (path, mut component) = match path.strip_suffix(']').and_then(|p| p.rsplit_once('[')) {
             Some((path, number)) => (path, Some(number)),
             None => (path, None),
         };
-        let no_part = || ConnectError::NoPart(format!("{layer}.{path}"));
         let mut parts = path.split('.');
         let name = parts.next().unwrap_or("");
         let param = program.param(name).ok_or_else(|| {
@@ -113,6 +115,11 @@ impl Group {
         }
         let mut fields = Vec::new();
         for part in parts {
+            // A component by its name is the last part.
+            if let (true, None, Some(number)) = (ty.is_triple(), component, named_component(ty.base, part)) {
+                component = Some(number);
+                continue;
+            }
             let of = ty.as_struct().ok_or_else(no_part)?;
             let (at, field) = program.structs.field(of, part).ok_or_else(no_part)?;
             ty = field.ty;
@@ -128,6 +135,13 @@ impl Group {
         };
         Ok(ConnectionEnd { end: End { layer: index, param, fields, component }, ty })
     }
+}
+
+/// The number of a component of a triple.
+fn named_component(base: Base, name: &str) -> Option<&'static str> {
+    let names = if base == Base::Color { ["r", "g", "b"] } else { ["x", "y", "z"] };
+    let at = names.iter().position(|n| *n == name)?;
+    ["0", "1", "2"].get(at).copied()
 }
 
 /// Whether a value of one type may go to another: it may widen, but not narrow.

@@ -15,6 +15,8 @@ pub struct Rules {
     pub eager_unconnected: bool,
     /// Layers that may report a shader error run at every point.
     pub eager_errors: bool,
+    /// Layers that may trace rays run at every point.
+    pub eager_traces: bool,
     /// Parameters take user data of the point only if metadata or the group say so.
     pub lockgeom: bool,
     /// Parameters that may take user data count as connected.
@@ -46,6 +48,7 @@ impl Default for Rules {
             eager_globals: false,
             eager_unconnected: false,
             eager_errors: false,
+            eager_traces: false,
             lockgeom: true,
             userdata_connected: false,
             checks: Checks::default(),
@@ -64,8 +67,9 @@ impl Rules {
         says("lockgeom", 0.0) || says("interpolated", 1.0) || open
     }
 
-    /// Whether layers may run that no other layer needs.
+    /// Whether layers may run that no other layer needs. A list of entries excludes that.
     pub(crate) fn is_eager(&self) -> bool {
-        self.eager_globals || self.eager_unconnected || self.eager_errors
+        let any = self.eager_globals || self.eager_unconnected || self.eager_errors || self.eager_traces;
+        any && self.entries.is_none()
     }
 }

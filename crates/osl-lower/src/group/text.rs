@@ -7,9 +7,9 @@
 //! connect n1.out m.a ;
 //! ```
 //!
-//! Values precede the shader to which they belong. Statements end with `;` or `,`. Grammar: OSL language
-//! specification, "Describing shader groups". [`parse`] returns statements, and [`build`] makes a group of
-//! them; errors become diagnostics with locations in the text.
+//! Values precede the shader to which they belong. Statements end with `;` or `,`, and blank ones mean
+//! nothing. Grammar: OSL language specification, "Describing shader groups". [`parse`] returns statements,
+//! and [`build`] makes a group of them; errors become diagnostics with locations in the text.
 
 use super::{ConnectError, Group, Layer};
 use crate::params::{self, ParamError, ParamValues};
@@ -117,8 +117,9 @@ impl<'a> Reader<'a> {
         self.at += self.rest().len() - self.rest().trim_start().len();
     }
 
+    /// Whether nothing follows but blank statements, which are skipped.
     fn is_done(&mut self) -> bool {
-        self.blank();
+        while self.takes(";") || self.takes(",") {}
         self.rest().is_empty()
     }
 
@@ -144,9 +145,9 @@ impl<'a> Reader<'a> {
         self.rest().is_empty() || self.rest().starts_with([';', ','])
     }
 
-    /// Consumes the end of a statement.
+    /// Checks that the statement ends here.
     fn end(&mut self) -> Result<()> {
-        if self.takes(";") || self.takes(",") || self.is_done() {
+        if self.ends() {
             return Ok(());
         }
         error(self.here(), "a statement ends with `;`", "put a `;` before this")
@@ -381,9 +382,12 @@ fn layer_of(
     shaders: &mut dyn Shaders,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Layer> {
+    let (program, base) = shaders.load(&shader.text).map_err(|why| {
+        Box::new(Diagnostic::error(NO_SHADER, shader.span, format!("no shader `{}`: {why}", shader.text)))
+    })?;
     let (layer, span) = match name {
         Some(word) => (word.text.clone(), word.span),
-        None => (format!("{}_{}", shader.text, group.layers.len()).into(), shader.span),
+        None => (format!("{}_{}", program.shader.name, group.layers.len()).into(), shader.span),
     };
     if group.find(&layer).is_some() {
         let text = format!("there is a layer `{layer}` already");
@@ -391,9 +395,6 @@ fn layer_of(
             Diagnostic::error(BAD_LAYER, span, text).help("give each layer a name of its own"),
         ));
     }
-    let (program, base) = shaders.load(&shader.text).map_err(|why| {
-        Box::new(Diagnostic::error(NO_SHADER, shader.span, format!("no shader `{}`: {why}", shader.text)))
-    })?;
     let mut values = ParamValues::default();
     for statement in params {
         let Statement::Param { ty, name, values: words, interpolated, span } = statement else { continue };

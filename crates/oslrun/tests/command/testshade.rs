@@ -101,6 +101,18 @@ fn eager_layers_run_before_the_body_of_the_last() {
     assert_eq!(prints(dir.path(), &format!("-param name E {chain}")).matches("loud").count(), 0);
     let eager = prints(dir.path(), &format!("--options lazyerror=0 {chain}"));
     assert_eq!(eager, "Connect A.out to L.in\nA\nloud\n\n\n");
+    // With entries, nothing else runs.
+    let options = "lazyunconnected=0,lazyglobals=0,lazyerror=0,lazytrace=0";
+    let entry = text(&format!("--entry C --options {options}"));
+    assert_eq!(entry, format!("{connects}Entry layers: C(2)\nC\n\n"));
+    std::fs::write(
+        dir.path().join("ray.osl"),
+        "shader ray(output float out = 0)\n{\n    printf(\"ray %d\\n\", trace(P, N));\n}\n",
+    )
+    .unwrap();
+    let ray = "--shader ray R -param name E --shader node E";
+    assert_eq!(prints(dir.path(), ray), "E\n\n");
+    assert_eq!(prints(dir.path(), &format!("--options lazytrace=0 {ray}")), "ray 0\nE\n\n");
     // Settings without effect, and an invalid list, change nothing.
     assert_eq!(text("--options llvm_debug=1,nonsense,,=3,lazyglobals=0"), text("--options lazylayers=1"));
 }
@@ -187,4 +199,44 @@ fn settings_silence_messages_and_name_spaces() {
         "{less}"
     );
     assert_eq!(err("--options range_checking=0,unknown_coordsys_error=0"), "");
+    // Each unknown space is reported once.
+    let shader = "shader lost(output point o = 0)\n{\n    o = transform(\"a\", \"b\", P);\n    o += transform(\"b\", P) + transform(\"a\", P);\n    o += point(\"b\", 1, 2, 3);\n}\n";
+    std::fs::write(dir.path().join("lost.osl"), shader).unwrap();
+    let (_, _, err) = testshade(dir.path(), "-g 3 3 -o o null lost");
+    assert_eq!(err, "ERROR: Unknown transformation \"a\"\nERROR: Unknown transformation \"b\"\n");
+}
+
+#[test]
+fn what_later_versions_take_is_accepted() {
+    let dir = folder();
+    let line =
+        "--print-group-stats --options lazytrace=1,opt_batched_analysis=1 --userdata:type=int face_idx 3";
+    let shader = "shader face(int face_idx = 0 [[ int lockgeom = 0 ]]) { printf(\"face %d\\n\", face_idx); }";
+    std::fs::write(dir.path().join("face.osl"), shader).unwrap();
+    assert_eq!(prints(dir.path(), &format!("{line} face")), "face 3\n\n");
+}
+
+#[test]
+fn a_missing_tile_answers_what_all_tiles_share() {
+    let dir = folder();
+    let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/suite/udim_info");
+    for tile in ["t.1001.tif", "t.1002.tif", "t.1011.tif"] {
+        std::fs::copy(suite.join(tile), dir.path().join(tile)).unwrap();
+    }
+    let shader = "shader udim(string f = \"t.<UDIM>.tif\")\n{\n    int n = -7; int m = -7; int r[2] = { -7, -7 }; string t = \"no\"; string g = \"no\";\n    int a = gettextureinfo(f, 2.5, 0.5, \"channels\", n);\n    int b = gettextureinfo(f, 2.5, 0.5, \"texturetype\", t);\n    int c = gettextureinfo(f, 2.5, 0.5, \"textureformat\", g);\n    int d = gettextureinfo(f, 2.5, 0.5, \"subimages\", m);\n    int e = gettextureinfo(f, 2.5, 0.5, \"resolution\", r);\n    printf(\"%d %d, %d %s, %d %s, %d %d, %d %d\\n\", a, n, b, t, c, g, d, m, e, r);\n}\n";
+    std::fs::write(dir.path().join("udim.osl"), shader).unwrap();
+    let text = prints(dir.path(), "udim");
+    assert_eq!(text, "1 3, 1 Plain Texture, 1 Plain Texture, 1 1, 0 -7 -7\n\n");
+}
+
+#[test]
+fn layers_have_the_names_of_their_shaders() {
+    let dir = folder();
+    std::fs::create_dir_all(dir.path().join("a/folder")).unwrap();
+    let shader =
+        "shader t_0()\n{\n    string l; getattribute(\"shader:layername\", l); printf(\"%s\\n\", l);\n}\n";
+    std::fs::write(dir.path().join("a/folder/t.osl"), shader).unwrap();
+    for name in ["a/folder/t", "a/folder/t.osl"] {
+        assert_eq!(prints(dir.path(), name), "t_0_0\n\n");
+    }
 }

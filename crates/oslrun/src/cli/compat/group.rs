@@ -76,7 +76,7 @@ impl<'a> GroupBuilder<'a> {
             console.error(&format!("Could not find shader \"{shader}\"\n        group: {name}"));
             return false;
         };
-        self.add(loaded, &stem(shader), layer, told, console)
+        self.add(loaded, layer, told, console)
     }
 
     /// Adds a layer whose shader the tool has generated. If it does not compile, reports its errors like a
@@ -92,14 +92,13 @@ impl<'a> GroupBuilder<'a> {
             let _ = writeln!(console.err, "Could not compile \"{shader}\"");
             return false;
         };
-        self.add(loaded, shader, layer, told, console)
+        self.add(loaded, layer, told, console)
     }
 
     /// Adds a layer with this shader, and reports the diagnostics from reading it.
     fn add(
         &mut self,
         (program, base): (Arc<Program>, u32),
-        shader: &str,
         layer: Option<&str>,
         told: usize,
         console: &mut Console<'_>,
@@ -110,7 +109,7 @@ impl<'a> GroupBuilder<'a> {
         let values = self.values(&program, console);
         let name: Arc<str> = match layer {
             Some(name) => name.into(),
-            None => format!("{shader}_{}", self.group.layers().len()).into(),
+            None => format!("{}_{}", program.shader.name, self.group.layers().len()).into(),
         };
         if let Err(layer) = self.group.add(Layer { name, program, values, base }) {
             console.error(&format!("there is a layer \"{}\" already", layer.name));

@@ -17,6 +17,8 @@ pub(in crate::cli) struct Settings {
     pub(in crate::cli) lazy_unconnected: bool,
     /// A layer that calls `error` runs only if another layer needs it.
     pub(in crate::cli) lazy_error: bool,
+    /// A layer that calls `trace` runs only if another layer needs it.
+    pub(in crate::cli) lazy_trace: bool,
     /// Parameters without metadata of their own do not take their values from the point's data.
     pub(in crate::cli) lockgeom: bool,
     /// `isconnected` counts a parameter as connected if it may take its value from the point's data.
@@ -51,6 +53,7 @@ impl Default for Settings {
             lazy_globals: true,
             lazy_unconnected: true,
             lazy_error: true,
+            lazy_trace: true,
             lockgeom: true,
             userdata_isconnected: false,
             connection_error: true,
@@ -83,6 +86,7 @@ impl Settings {
             eager_globals: !self.lazy_globals,
             eager_unconnected: !self.lazy_unconnected,
             eager_errors: !self.lazy_error,
+            eager_traces: !self.lazy_trace,
             lockgeom: self.lockgeom,
             userdata_connected: self.userdata_isconnected,
             checks: Checks { finite: self.debug_nan, set: self.debug_uninit },
@@ -110,6 +114,7 @@ impl Settings {
             "lazyglobals" => &mut self.lazy_globals,
             "lazyunconnected" => &mut self.lazy_unconnected,
             "lazyerror" => &mut self.lazy_error,
+            "lazytrace" => &mut self.lazy_trace,
             "lockgeom" => &mut self.lockgeom,
             "userdata_isconnected" => &mut self.userdata_isconnected,
             "connection_error" => &mut self.connection_error,

@@ -67,7 +67,7 @@ const KNOWN: &[ToolOption] = &[
     o(
         "options",
         1,
-        "Settings KEY=VALUE,…: lazyglobals, lazyunconnected, lazyerror, lockgeom, searchpath:shader …",
+        "Settings KEY=VALUE,…: lazyglobals, lazyunconnected, lazyerror, lazytrace, lockgeom, searchpath:shader …",
     ),
     o("texoptions", 1, "Settings KEY=VALUE,…: searchpath, folders to look for textures in"),
     o("userdata_isconnected", 0, "isconnected() counts parameters that may take data of the point"),
@@ -97,6 +97,7 @@ const KNOWN: &[ToolOption] = &[
     o("optix_no_merge_layer_funcs", 0, ""),
     o("optix_no_rend_lib_bitcode", 0, ""),
     o("optix_register_inline_funcs", 0, ""),
+    o("print-group-stats", 0, ""),
     o("print-groupdata", 0, ""),
     o("profile", 0, ""),
     o("raytype_opt", 0, ""),
