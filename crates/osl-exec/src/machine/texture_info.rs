@@ -57,7 +57,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         self.work.affords(0)
     }
 
-    /// A datum of a texture; of the one at (s, t) if the name is tiled.
+    /// A datum of a texture. If the name is tiled, it is that of the texture at (s, t), or else the one on
+    /// which all files agree.
     fn datum(&self, name: &str, datum: &str, (kind, count): (Kind, usize), at: Option<(f32, f32)>) -> Answer {
         let textures = &self.services.textures;
         let read = |texture: &Texture| header(texture, datum, kind, count);
@@ -69,13 +70,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             return textures.get(name).map(|texture| read(&texture));
         }
         if let Some((s, t)) = at {
-            return match textures.tile(name, SubImage::default(), s, t).0 {
-                Ok(texture) => Ok(read(&texture)),
-                Err(failure) if failure.is_missing() => Ok(None),
-                Err(failure) => Err(failure),
-            };
+            match textures.tile(name, SubImage::default(), s, t).0 {
+                Ok(texture) => return Ok(read(&texture)),
+                Err(failure) if failure.is_missing() => {}
+                Err(failure) => return Err(failure),
+            }
         }
-        // The value on which all files agree.
         let mut common: Option<Vec<Const>> = None;
         for tile in tiles.iter() {
             let value = read(&*textures.get(tile)?);
