@@ -45,8 +45,8 @@ pub enum Reports {
     #[default]
     Once,
     /// As often as the reference reports it, for scripts that count its lines: nothing after the first syntax
-    /// error, one error for each format, and an expression with an error once more where it is assigned,
-    /// returned or passed.
+    /// error, one error for each format, an expression with an error once more where it is assigned, returned
+    /// or passed, and errors of types in the shader only if there are no others.
     AsReference,
 }
 

@@ -6,7 +6,7 @@
 
 use osl::stages;
 use osl_syntax::diagnostic::Diagnostic;
-use osl_syntax::{NoFiles, Options};
+use osl_syntax::{NoFiles, Options, Reports};
 use osl_tests::run;
 
 /// A source, with the line of the reference's message, if any.
@@ -166,4 +166,39 @@ fn what_the_reference_takes_in_silence_compiles() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What the lines of `one_line_errors.txt` can use.
+const DECLARED: &str = "struct pair { float a; color b; };
+struct deep { pair p; float q[3]; };
+float twice(float x) { return 2 * x; }
+void nothing(float x) { }
+color tint(color c, output float w) { w = 1; return c; }
+shader t(float fixed = 0, color whole = 1, output float f = 1, output int n = 2, output color c = 0,
+    output float r = 0, output color o = 0) {
+    float a[3] = {1, 2, 3}; pair p = {1, 2}; deep d; matrix m = 1; string s = \"x\"; point q = P;
+    closure color k = emission(); float w = 0;
+";
+
+#[test]
+fn a_mistake_is_told_once_or_as_often_as_its_type_is_used() {
+    let path = run::root().join("tests/data/one_line_errors.txt");
+    let (mut wrong, mut count) = (Vec::new(), 0);
+    for line in std::fs::read_to_string(path).unwrap().lines().filter(|line| !line.starts_with('#')) {
+        let (number, code) = line.split_once(' ').unwrap();
+        let text = format!("{DECLARED}{code}\n}}\n");
+        let wanted = [(Reports::Once, 1), (Reports::AsReference, number.parse().unwrap())];
+        for (reports, wanted) in wanted {
+            let options = Options { reports, ..Options::default() };
+            let found = stages::check("line.osl", &text, &NoFiles, &options).diagnostics;
+            let found: Vec<&str> =
+                found.iter().filter(|d| d.is_error()).map(|d| d.message.as_str()).collect();
+            if found.len() != wanted {
+                wrong.push(format!("{code}: {wanted} {reports:?}: {found:#?}"));
+            }
+        }
+        count += 1;
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(count, 175);
 }

@@ -118,6 +118,10 @@ impl Resolver<'_> {
     fn unary(&mut self, op: UnaryOp, inner: ExprId, expected: Option<Type>, span: Span) -> Expr {
         let operand = self.value(inner, expected);
         if operand.ty.is_error() {
+            if op == UnaryOp::Not {
+                return self.truth(span);
+            }
+            self.report_again(operand.span, "an operand");
             return operand;
         }
         if let Some(call) = self.operator_call(operators::unary_overload_name(op), &[&operand], span) {
@@ -147,9 +151,22 @@ impl Resolver<'_> {
         }
     }
 
+    /// The value of a logical operator whose operand has an error. The reference takes it for an int.
+    fn truth(&self, span: Span) -> Expr {
+        let ty = if self.reports == Reports::AsReference { Type::INT } else { Type::ERROR };
+        Expr { ty, kind: ExprKind::Error, span }
+    }
+
     /// `left op right` of resolved operands.
     pub(super) fn combine(&mut self, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr {
         if left.ty.is_error() || right.ty.is_error() {
+            if matches!(op, BinaryOp::And | BinaryOp::Or) {
+                return self.truth(span);
+            }
+            if left.ty != right.ty {
+                let failed = if left.ty.is_error() { left.span } else { right.span };
+                self.report_again(failed, "an operand");
+            }
             return Expr { ty: Type::ERROR, kind: ExprKind::Error, span };
         }
         if let Some(name) = operators::overload_name(op)
@@ -224,6 +241,16 @@ impl Resolver<'_> {
         let (a, b) = (self.value(a, expected), self.value(b, expected));
         let error = Expr { ty: Type::ERROR, kind: ExprKind::Error, span };
         if cond.ty.is_error() || a.ty.is_error() || b.ty.is_error() {
+            let failed = match (a.ty.is_error(), b.ty.is_error()) {
+                // The reference knows the type whatever the condition is.
+                (false, false) if self.reports == Reports::AsReference => {
+                    return Expr { ty: operators::ternary(a.ty, b.ty).unwrap_or(Type::ERROR), ..error };
+                }
+                (true, false) => a.span,
+                (false, true) => b.span,
+                _ => return error,
+            };
+            self.report_again(failed, "an operand");
             return error;
         }
         if !operators::has_truth(cond.ty) || cond.ty == Type::CLOSURE {
@@ -245,6 +272,7 @@ impl Resolver<'_> {
 
     fn cast(&mut self, ty: Type, value: Expr, span: Span) -> Expr {
         if ty.is_error() || value.ty.is_error() {
+            self.report_again(value.span, "cast");
             return Expr { ty, kind: ExprKind::Error, span };
         }
         let number_to = ty.is_number() || ty.is_triple() || ty == Type::MATRIX;
@@ -264,8 +292,10 @@ impl Resolver<'_> {
         let each = if ty == Type::MATRIX { None } else { Some(Type::FLOAT) };
         let expected = if args.len() == 1 { one } else { each };
         let values: Vec<Expr> = args.iter().map(|e| self.value(*e, expected)).collect();
-        if values.iter().any(|v| v.ty.is_error()) {
-            return Expr { ty, kind: ExprKind::Error, span };
+        let unmade = if self.reports == Reports::AsReference { Type::ERROR } else { ty };
+        if let Some(failed) = values.iter().find(|v| v.ty.is_error()) {
+            self.report_again(failed.span, "an argument");
+            return Expr { ty: unmade, kind: ExprKind::Error, span };
         }
         let numbers = |v: &[Expr]| v.iter().all(|e| e.ty.is_number());
         let made = match (ty.base, values.len()) {
@@ -298,8 +328,7 @@ impl Resolver<'_> {
             )
             .help(constructor_help(ty));
             self.report(d);
-            let ty = if self.reports == Reports::AsReference { Type::ERROR } else { ty };
-            return Expr { ty, kind: ExprKind::Error, span };
+            return Expr { ty: unmade, kind: ExprKind::Error, span };
         };
         self.constructed(shape, ty, values, span)
     }

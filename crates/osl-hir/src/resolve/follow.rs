@@ -4,7 +4,8 @@
 //! of one kind at one place. A message about a name that a gap may have declared is dropped. Within a
 //! declaration that has a gap, scopes and loops may end at other places than written, so messages that depend
 //! on them are dropped. Scripts that count the errors of the reference get all that it reports
-//! ([`Reports::AsReference`]).
+//! ([`Reports::AsReference`]): an expression with an error is reported again where its type matters, and
+//! the types of the shader are only checked if everything else is right.
 
 use super::{Resolver, errors};
 use osl_syntax::Reports;
@@ -35,6 +36,21 @@ pub(super) struct Follow {
     shader_misspelt: bool,
     /// Structs whose fields are not all known, by index.
     open_structs: FxHashSet<u32>,
+}
+
+/// Whether the reference finds such a mistake while it reads a file, before it checks types.
+pub(super) fn is_of_names(d: &Diagnostic) -> bool {
+    let of_declarations = [
+        errors::BAD_ARRAY_LENGTH,
+        errors::BAD_STRUCT,
+        errors::NOT_AN_LVALUE,
+        errors::NO_DEFAULT,
+        errors::FORMAL_DEFAULT,
+        errors::BAD_PARAMETER,
+        errors::REDEFINED,
+        errors::HIDES_FUNCTION,
+    ];
+    (d.code.id.starts_with("E02") && d.code != errors::NO_SHADER) || of_declarations.contains(&d.code)
 }
 
 impl Resolver<'_> {

@@ -73,13 +73,11 @@ pub fn resolve_with(ast: &Ast, reports: Reports, limits: &Limits) -> Resolved {
 /// the file has no errors either.
 pub fn resolve_parsed(parsed: &Parsed, reports: Reports, limits: &Limits) -> Resolved {
     let Resolved { program, mut diagnostics } = resolve_with(&parsed.ast, reports, limits);
-    let lost_shader = reports == Reports::AsReference && !parsed.ast.gaps.is_empty();
     let errors: Vec<Span> =
         parsed.diagnostics.iter().filter(|e| e.is_error()).map(|error| error.span).collect();
     diagnostics.retain(|d| {
         let said = errors.iter().any(|e| e.start < d.span.end && d.span.start < e.end);
-        let lost = lost_shader && d.code == errors::NO_SHADER;
-        !said && !lost && !parsed.silenced.hides(d)
+        !said && !parsed.silenced.hides(d)
     });
     let program = match program {
         Ok(program) if !errors.is_empty() => Err(program.into()),
@@ -113,7 +111,11 @@ fn resolve_recording(
         }
     }
     let shader = resolver.items();
-    let Resolver { structs, vars, functions, mut diagnostics, dropped, recorder, choices, .. } = resolver;
+    let Resolver { structs, vars, functions, mut diagnostics, checked, dropped, recorder, choices, .. } =
+        resolver;
+    if ast.gaps.is_empty() && !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.extend(checked);
+    }
     diagnostics.extend(dropped.map(|span| too_many_errors(span, limits.reading.diagnostics)));
     let whole = ast.gaps.is_empty() && !diagnostics.iter().any(Diagnostic::is_error);
     let program = match shader {
@@ -209,6 +211,9 @@ struct Resolver<'a> {
     functions: Vec<Function>,
     scopes: Vec<Scope>,
     diagnostics: Vec<Diagnostic>,
+    /// For scripts that count errors: those that the reference finds when it checks the types of the shader,
+    /// which it does only if there are no others.
+    checked: Vec<Diagnostic>,
     n_errors: usize,
     /// The location of the first dropped error.
     dropped: Option<Span>,
@@ -246,6 +251,7 @@ impl<'a> Resolver<'a> {
             functions: Vec::new(),
             scopes: vec![Scope::default()],
             diagnostics: Vec::new(),
+            checked: Vec::new(),
             n_errors: 0,
             dropped: None,
             contents: Vec::new(),
@@ -268,6 +274,12 @@ impl<'a> Resolver<'a> {
 
     /// Keeps a diagnostic, unless there are too many of its severity.
     fn report(&mut self, diagnostic: Diagnostic) {
+        let parsing = follow::is_of_names(&diagnostic);
+        self.report_when(diagnostic, parsing);
+    }
+
+    /// The same, with whether the reference finds the mistake before it checks types.
+    fn report_when(&mut self, diagnostic: Diagnostic, parsing: bool) {
         if self.follows(&diagnostic) {
             return;
         }
@@ -280,23 +292,26 @@ impl<'a> Resolver<'a> {
         } else if self.is_full() {
             return;
         }
-        self.diagnostics.push(diagnostic);
+        // The types of a function are checked where it is declared.
+        let later = self.reports == Reports::AsReference && !parsing && self.context.ret.is_none();
+        let list = if later { &mut self.checked } else { &mut self.diagnostics };
+        list.push(diagnostic);
     }
 
-    /// Reports an expression with an error once more where it is used, if the reference does so. In a
-    /// shader's body, the reference checks types only if all names are known.
+    /// Reports an expression with an error once more where it is used, if the reference does so: its type
+    /// does not suit.
     fn report_again(&mut self, value: Span, use_of_it: &str) {
         if self.reports != Reports::AsReference {
             return;
         }
         let within = |d: &&Diagnostic| d.is_error() && value.start <= d.span.start && d.span.end <= value.end;
-        let Some(cause) = self.diagnostics.iter().rev().find(within) else { return };
-        let of_name = [errors::UNKNOWN_NAME, errors::UNKNOWN_TYPE, errors::WRONG_KIND_OF_NAME];
-        if self.context.ret.is_none() && of_name.contains(&cause.code) {
+        let Some(cause) = self.checked.iter().chain(&self.diagnostics).find(within) else { return };
+        // A call without a value is an error only where it is used.
+        if cause.code == errors::VOID_VALUE && cause.span == value {
             return;
         }
         let (code, message) = (cause.code, format!("an expression that has an error is {use_of_it}"));
-        self.report(Diagnostic::error(code, value, message));
+        self.report_when(Diagnostic::error(code, value, message), false);
     }
 
     /// Whether a further warning would be dropped. Errors have a separate limit.

@@ -131,16 +131,12 @@ impl Resolver<'_> {
             self.unknown(name.span, "function", &name.text, end);
             return error;
         }
-        let mut failed = false;
-        for g in &given {
-            if let CallArgument::Value(v) = g
-                && v.ty.is_error()
-            {
-                failed = true;
-                self.report_again(v.span, "an argument");
-            }
-        }
-        if failed {
+        let failed = given.iter().find_map(|g| match g {
+            CallArgument::Value(v) if v.ty.is_error() => Some(v.span),
+            _ => None,
+        });
+        if let Some(failed) = failed {
+            self.report_again(failed, "an argument");
             return error;
         }
         match self.choose(&name.text, name.span, candidates, &given, expected) {

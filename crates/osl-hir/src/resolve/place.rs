@@ -94,7 +94,9 @@ impl Resolver<'_> {
         self.index_depth += 1;
         let index = self.expr(id, None);
         self.index_depth -= 1;
-        if index.ty != Type::INT && !index.ty.is_error() {
+        if index.ty.is_error() {
+            self.report_again(index.span, "an index");
+        } else if index.ty != Type::INT {
             let message = format!("an index is an int, not {}", self.show_a(index.ty));
             let d = Diagnostic::error(errors::BAD_INDEX, index.span, message);
             self.report(match index.ty {
@@ -139,7 +141,7 @@ impl Resolver<'_> {
             } else {
                 d
             };
-            self.report(d);
+            self.report_when(d, true);
         }
         extend(base, Step::Element(index), Type::ERROR, span)
     }
