@@ -1,6 +1,7 @@
 //! Parameters: symbols with constant defaults, and code for the other defaults.
 
 use super::constant::{constant, zero};
+use super::place::is_pure;
 use super::table::{Class, Sym, Value};
 use super::{Leaf, Storage, Writer};
 use crate::hir::{Expr, ExprKind, Init, Lvalue, MetaValue, Param, Step};
@@ -94,7 +95,7 @@ impl Writer<'_> {
     fn fields(&self, e: &Expr) -> Option<Init> {
         match &e.kind {
             ExprKind::Struct(list) => Some(Init::List(list.clone())),
-            ExprKind::Read(place) => {
+            ExprKind::Read(place) if is_pure(e) => {
                 let fields = &self.program.structs.get(e.ty.as_struct()?).fields;
                 let field = |(at, field): (usize, &osl_ir::types::Field)| {
                     let mut place = Lvalue { ty: field.ty, ..place.clone() };
