@@ -14,7 +14,7 @@ const ALL: &[(&str, &str, &str)] = &[
     ("W0005", "/* one /* two */ shader s() { printf(\"%d\", 2); } // */", "2"),
     ("W0101", "float f() { return 3; }\n}\nshader s() { printf(\"%g\", f()); }", "3"),
     ("W0102", "shader s(string t = \"one\ntwo\") { printf(\"%s\", t); }", "one two"),
-    ("W0103", "shader s() { float a[2] = { 4, 5, }; printf(\"%g %g\", a, max(1, 6,)); }", "4 5 6"),
+    ("W0103", "shader s() { float a[2] = { 4, 5, }; printf(\"%g %g\", a, max(1.0, 6.0,)); }", "4 5 6"),
     ("W0104", "float f() { return 7; };\nshader s() { printf(\"%g\", f()); };", "7"),
     (
         "E0310",
