@@ -283,10 +283,10 @@ pub fn of_plain<S: Scalar>(c: Triple<S>, d: Triple<S>, number: i32) -> (Triple<S
         ([x.0, y.0, z.0], [x.1 * d[0], y.1 * d[1], z.1 * d[2]])
     };
     let (c, d) = if number % 2 == 0 {
-        let (c, d) = through(c, d, &|x| curve.to_light(x));
+        let (c, d) = through(c, d, &|x| curve.light(x));
         (mixed(c, 0), mixed(d, 0))
     } else {
-        through(mixed(c, 1), mixed(d, 1), &|x| curve.from_light(x))
+        through(mixed(c, 1), mixed(d, 1), &|x| curve.stored(x))
     };
     let rounded = |x: f64| S::known(x as f32, x);
     (c.map(rounded), d.map(rounded))
@@ -314,19 +314,19 @@ fn log_light(x: f64) -> (f64, f64) {
 
 impl Curve {
     /// The light of a stored number, and the slope there.
-    fn to_light(self, x: f64) -> (f64, f64) {
+    fn light(self, x: f64) -> (f64, f64) {
         match self {
             Curve::Linear => (x, 1.0),
-            Curve::Gamma(_) if !(x > 0.0) => (x, 1.0),
+            Curve::Gamma(_) if x <= 0.0 => (x, 1.0),
             Curve::Gamma(power) => (f_pow(x, power), power * f_pow(x, power - 1.0)),
-            Curve::Srgb if !(x > SRGB_BREAK) => (x * *SRGB_SLOPE, *SRGB_SLOPE),
+            Curve::Srgb if x <= SRGB_BREAK => (x * *SRGB_SLOPE, *SRGB_SLOPE),
             Curve::Srgb => {
                 let base = (x + 0.055) / 1.055;
                 (f_pow(base, 2.4), 2.4 / 1.055 * f_pow(base, 1.4))
             }
-            Curve::AcesCct if !(x > 0.155_251_141_552_511) => ((x - CCT[1]) / CCT[0], 1.0 / CCT[0]),
+            Curve::AcesCct if x <= 0.155_251_141_552_511 => ((x - CCT[1]) / CCT[0], 1.0 / CCT[0]),
             Curve::AcesCct => log_light(x),
-            Curve::AcesCc if !(x > (9.72 - 15.0) / 17.52) => {
+            Curve::AcesCc if x <= (9.72 - 15.0) / 17.52 => {
                 let (light, slope) = log_light(x);
                 ((light - HALF_STEP) * 2.0, slope * 2.0)
             }
@@ -337,15 +337,15 @@ impl Curve {
     }
 
     /// The stored number of light, and the slope there.
-    fn from_light(self, x: f64) -> (f64, f64) {
+    fn stored(self, x: f64) -> (f64, f64) {
         match self {
             Curve::Linear => (x, 1.0),
-            Curve::Gamma(_) if !(x > 0.0) => (x, 1.0),
+            Curve::Gamma(_) if x <= 0.0 => (x, 1.0),
             Curve::Gamma(power) => (f_pow(x, 1.0 / power), f_pow(x, 1.0 / power - 1.0) / power),
-            Curve::Srgb if !(x > SRGB_BREAK * *SRGB_SLOPE) => (x / *SRGB_SLOPE, 1.0 / *SRGB_SLOPE),
+            Curve::Srgb if x <= SRGB_BREAK * *SRGB_SLOPE => (x / *SRGB_SLOPE, 1.0 / *SRGB_SLOPE),
             Curve::Srgb => (1.055 * f_pow(x, 1.0 / 2.4) - 0.055, 1.055 / 2.4 * f_pow(x, 1.0 / 2.4 - 1.0)),
-            Curve::AcesCct if !(x > 0.007_812_5) => (CCT[0] * x + CCT[1], CCT[0]),
-            Curve::AcesCc if !(x > 0.0) => (log_stored(HALF_STEP).0, 0.0),
+            Curve::AcesCct if x <= 0.007_812_5 => (CCT[0] * x + CCT[1], CCT[0]),
+            Curve::AcesCc if x <= 0.0 => (log_stored(HALF_STEP).0, 0.0),
             Curve::AcesCc if x < 2.0 * HALF_STEP => {
                 let (stored, slope) = log_stored(HALF_STEP + x * 0.5);
                 (stored, slope * 0.5)

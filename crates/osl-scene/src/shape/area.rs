@@ -20,7 +20,8 @@ impl Shape {
             (turn * dpdu).cross(turn * dpdv).length()
         };
         let column = |face: usize, u: f64| {
-            let inner = |at: usize| if at % 2 == 0 { 2.0 } else { 4.0 } * stretch(face, u, at as f64 * step);
+            let inner =
+                |at: usize| if at.is_multiple_of(2) { 2.0 } else { 4.0 } * stretch(face, u, at as f64 * step);
             let sum: f64 = (1..STEPS).map(inner).sum();
             (stretch(face, u, 0.0) + sum + stretch(face, u, 1.0)) / 3.0
         };
