@@ -106,7 +106,7 @@ fn curves_have_the_published_values() {
         ("srgb_rec709_scene", "lin_rec709", -2.0, -2.0 / 12.923_210_180_787_86),
         ("g22_rec709", "lin_rec709", 0.5, 0.217_637_640_824_031),
         ("g18_rec709", "lin_rec709", 0.5, 0.287_174_588_749_258),
-        ("Gamma 2.4 Encoded Rec.709", "lin_rec709", 0.5, 0.189_464_570_813_799_88),
+        ("Gamma 2.4 Encoded Rec.709", "lin_rec709", 0.5, 0.189_464_570_813_8),
         ("g22_rec709_tx", "lin_rec709", -0.5, -0.5),
         ("Raw", "Raw", 0.25, 0.25),
     ];
@@ -169,13 +169,13 @@ proptest! {
         let step = 1e-6;
         let at = |k: f64| of_plain([0, 1, 2].map(|i| c[i] + k * step * d[i]), d, number);
         let (low, high) = (at(-1.0), at(1.0));
-        for i in 0..3 {
+        let slopes = low.1.iter().zip(high.1).zip(tangent);
+        for ((before, after), ((a, b), own)) in low.0.iter().zip(high.0).zip(slopes) {
             // Near a bend or a steep place, both slopes count.
-            let slopes = [low.1[i], high.1[i], tangent[i]];
-            let (least, most) = slopes.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
-            let slope = (high.0[i] - low.0[i]) / (2.0 * step);
+            let (least, most) = (a.min(b).min(own), a.max(b).max(own));
+            let slope = (after - before) / (2.0 * step);
             let room = 1e-4 * (1.0 + slope.abs());
-            prop_assert!(slope > least - room && slope < most + room, "{number} {c:?} {slope} {slopes:?}");
+            prop_assert!(slope > least - room && slope < most + room, "{number} {c:?} {slope} {own}");
         }
     }
 }
