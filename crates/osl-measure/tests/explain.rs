@@ -260,9 +260,12 @@ fn closures_are_null_as_in_a_run() {
         (4, 4),
         false,
     );
-    assert_eq!(below(&text, 3), ["false"]);
+    assert_eq!(below(&text, 3), ["false; known when the shader is compiled"]);
     assert_eq!(below(&text, 6), ["true"]);
-    assert!(below(&text, 2).contains(&"none = null".to_string()), "{text}");
+    assert!(
+        below(&text, 2).contains(&"none = null (known when the shader is compiled)".to_string()),
+        "{text}"
+    );
     assert!(below(&text, 5).contains(&"some = 2 * emission()".to_string()), "{text}");
     assert!(below(&text, 8).contains(&"text = \"(2, 2, 2) * emission ()\"".to_string()), "{text}");
 }

@@ -414,7 +414,8 @@ pub const MAX_ARGS: usize = {
 };
 
 impl LaneOp {
-    /// Whether the first operand is a color and the second one the number of an RGB system or of a conversion.
+    /// Whether the first operand is a color and the second one the number of an RGB system or of a
+    /// conversion.
     pub fn takes_number(self) -> bool {
         matches!(self, LaneOp::XyzToRgbIn | LaneOp::RgbToXyzIn | LaneOp::ConvertNamed)
     }

@@ -21,8 +21,8 @@ struct Leg {
 
 impl Path {
     /// The conversion between two spaces; `None` if one is unknown. A system of RGB primaries is given by its
-    /// number in [`SYSTEMS`]; its own name means RGB. Without a system, RGB is linear Rec. 709, and the spaces
-    /// of [`named`] are known, too.
+    /// number in [`SYSTEMS`]; its own name means RGB. Without a system, RGB is linear Rec. 709, and the
+    /// spaces of [`named`] are known, too.
     pub fn between(from: &str, to: &str, system: Option<i32>) -> Option<Path> {
         if system.is_none() && (named::is_raw(from) || named::is_raw(to)) {
             let nothing = |name| leg(name, true, system).is_some() || named::is_raw(name);

@@ -151,9 +151,8 @@ impl View {
         (depth > 0.0 && place.is_finite()).then_some(place)
     }
 
-    /// Adds the spaces `camera` (x to the right, y up, z ahead), `screen` (−1 to 1 over the width, z from 0 at
-    /// `near` to 1 at `far`), `NDC` (0 to 1 from the left and from the top) and
-    /// `raster` (pixels).
+    /// Adds the spaces `camera` (x to the right, y up, z ahead), `screen` (−1 to 1 over the width, z from 0
+    /// at `near` to 1 at `far`), `NDC` (0 to 1 from the left and from the top) and `raster` (pixels).
     pub fn set_spaces(&self, spaces: &mut Spaces, near: f32, far: f32) {
         let axes = DMat3::from_cols(self.right, self.up, self.forward);
         let to_common = Mat4::from_cols(

@@ -59,10 +59,11 @@ fn valid() -> Vec<(PathBuf, String)> {
     for folder in ["osl", "tests/data"] {
         sources(&root().join(folder), &mut list);
     }
-    // A folder that is newer than the limits comes last, so that the slips in the other files stay what they
-    // were.
-    let newer = root().join("tests/data/faults");
-    list.sort_by_key(|(path, _)| path.starts_with(&newer));
+    // What is newer than the limits comes last, so that the slips in the other files stay what they were.
+    let newer =
+        ["faults", "oso_forms", "published", "text/format_at_run_time.osl", "text/nan_components.osl"]
+            .map(|name| root().join("tests/data").join(name));
+    list.sort_by_key(|(path, _)| newer.iter().position(|newer| path.starts_with(newer)).map_or(0, |n| n + 1));
     list
 }
 
@@ -186,8 +187,8 @@ fn declarations(text: &str) -> Vec<(usize, usize)> {
     for (start, end) in tokens(text) {
         from.get_or_insert(start);
         match &text[start..end] {
-            "{" | "(" => depth += 1,
-            "}" | ")" => depth -= 1,
+            "{" | "(" | "[[" => depth += 1,
+            "}" | ")" | "]]" => depth -= 1,
             _ => {}
         }
         if depth == 0 && matches!(&text[start..end], "}" | ";") {
@@ -220,10 +221,18 @@ fn two_slips_are_both_reported() {
             };
             (!list.is_empty() && list.iter().all(|d| place(at(d)) == Some(own))).then_some(own)
         };
+        // Types of a struct that is broken are unknown, so that errors about them are left out.
+        let is_made_of = |struct_at: usize, user: usize| {
+            let of = |at: usize| &text[declarations[at].0..declarations[at].1];
+            let name = of(struct_at).strip_prefix("struct ").and_then(|rest| rest.split_whitespace().next());
+            name.is_some_and(|name| of(user).contains(name))
+        };
         let slips: Vec<(usize, Slip)> =
             slips(text, seed + 1).into_iter().filter_map(|slip| Some((local(&slip)?, slip))).collect();
         for (n, (first, a)) in slips.iter().enumerate() {
-            let Some((second, b)) = slips.iter().skip(n + 1).find(|(second, _)| second != first) else {
+            let Some((second, b)) = slips.iter().skip(n + 1).find(|(second, _)| {
+                second != first && !is_made_of(*first, *second) && !is_made_of(*second, *first)
+            }) else {
                 continue;
             };
             pairs += 1;

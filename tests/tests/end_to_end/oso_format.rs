@@ -18,12 +18,16 @@ use std::path::PathBuf;
 const OWN_MISTAKES: [&str; 3] =
     ["builtin_float.osl", "texture_option_wrong_type.osl", "texture_unknown_option.osl"];
 
+/// A function of the language specification that published compilers write and no run time has.
+const WITHOUT_RUN_TIME: &str = "transformu";
+
 fn violations(text: &str) -> Vec<String> {
     let show = |v: oso::Violation| {
         let line = text.lines().nth(v.line as usize - 1).unwrap_or_default();
         format!("{}: {} `{}`: {}\n    {line}", v.line, v.rule.name(), v.subject, v.message)
     };
-    oso::check(text, &Default::default()).into_iter().map(show).collect()
+    let found = oso::check(text, &Default::default()).into_iter();
+    found.filter(|v| v.subject != WITHOUT_RUN_TIME).map(show).collect()
 }
 
 fn compiled(name: &str, text: &str) -> Option<(Program, SourceMap)> {

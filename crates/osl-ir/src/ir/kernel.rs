@@ -54,8 +54,8 @@ pub enum Kernel {
     /// The same with two results: whether both are known, and the matrix.
     FindSpace,
     /// Converts a color from the first named space to the second. An unknown name reports an error and leaves
-    /// the color unchanged. The pass `primaries` adds the number of the system of RGB primaries as an int; the
-    /// spaces of color management are then unknown.
+    /// the color unchanged. The pass `primaries` adds the number of the system of RGB primaries as an int;
+    /// the spaces of color management are then unknown.
     ColorBetween,
     /// A texture lookup. Arguments: file name, s, t, the values of `options` in order, then, if `footprint`,
     /// the derivatives of s and t along x, then along y. Results: float or triple, the channel after it, an

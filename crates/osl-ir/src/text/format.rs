@@ -12,11 +12,11 @@ pub enum Flavour {
     /// With the flag `0`, ints have no precision, and all text is padded with zeros; a `.` without digits is
     /// not a precision.
     Print,
-    /// `format`: strings are aligned to the right unless flagged, `%%` is a percent sign, infinity is `Inf`, and
-    /// octals have no sign.
+    /// `format`: strings are aligned to the right unless flagged, `%%` is a percent sign, infinity is `Inf`,
+    /// and octals have no sign.
     Format,
-    /// `format` of literals, which the reference executes while it optimises: as `Format`, but `%%` stays, and
-    /// octals have a sign.
+    /// `format` of literals, which the reference executes while it optimises: as `Format`, but `%%` stays,
+    /// and octals have a sign.
     Folded,
 }
 

@@ -98,7 +98,8 @@ pub(super) fn linear_in(w: &mut Writer<'_>, [c, system]: [Dual; 2], call: Call) 
     call.with(c.d.map(|d| d.map(|d| w.lane(call.op, &[d, system.v]))))
 }
 
-/// Derivatives by a separate operation, which takes the color, its derivative, and the number of the conversion.
+/// Derivatives by a separate operation, which takes the color, its derivative, and the number of the
+/// conversion.
 pub(super) fn named(w: &mut Writer<'_>, [c, number]: [Dual; 2], call: Call) -> Dual {
     call.with(c.d.map(|d| d.map(|d| w.lane(L::ConvertNamedTangent, &[c.v, d, number.v]))))
 }
