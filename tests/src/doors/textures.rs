@@ -83,7 +83,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// The formats, each of which has a door of its own, too.
+/// The formats. Each also has a door of its own.
 const FORMATS: [&str; 11] = ["exr", "png", "jpeg", "tiff", "hdr", "tga", "bmp", "gif", "webp", "pnm", "dds"];
 
 /// Small files of a format.

@@ -378,6 +378,18 @@ fn names_of_files_are_read_again() {
     }
 }
 
+/// A run time forgets the file and the line at the head of a section.
+#[test]
+fn each_section_begins_with_its_file_and_line() {
+    let oso = written("a.osl", "shader a(float x = sqrt(u), output float o = 0) { o = x * v; }");
+    let sections: Vec<&str> = oso.split("\ncode ").skip(1).collect();
+    assert_eq!(sections.len(), 2, "{oso}");
+    for section in sections {
+        let first = section.lines().find(|line| line.starts_with('\t')).unwrap_or_default();
+        assert!(first.contains("%filename{\"a.osl\"} %line{1}"), "{oso}");
+    }
+}
+
 /// A name in quotes is read if it is one word, as it is written.
 #[test]
 fn names_of_shaders_are_words() {

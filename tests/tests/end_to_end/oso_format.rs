@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Sources of which no run time runs what any compiler writes: they call an operation of one renderer, or
-/// give a texture lookup options that do not exist.
+/// Sources that no compiler can turn into a valid file: they call an operation of one renderer, or give a
+/// texture lookup options that do not exist.
 const OWN_MISTAKES: [&str; 3] =
     ["builtin_float.osl", "texture_option_wrong_type.osl", "texture_unknown_option.osl"];
 

@@ -116,7 +116,7 @@ fn name<'n>(name: &'n str, values: &[Expr]) -> &'n str {
     }
 }
 
-/// The symbol of which an operation reads or writes a part.
+/// The symbol whose part an operation reads or writes.
 pub(super) fn divided<'a>(op: &Op<'a>) -> Option<&'a str> {
     let at = match op.name {
         "compassign" | "mxcompassign" => 0,

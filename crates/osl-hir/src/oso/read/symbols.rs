@@ -36,7 +36,7 @@ pub(super) struct Symbols<'a> {
     elements: u64,
     /// The lengths of arrays of structs.
     lengths: FxHashMap<&'a str, i32>,
-    /// Constants of which operations read or write parts.
+    /// Constants whose parts are read or written.
     divided: FxHashSet<&'a str>,
     /// A parameter whose default is being computed, and the variable that stands for it meanwhile.
     stands_for: Option<(VarId, VarId)>,

@@ -41,10 +41,11 @@ pub(super) fn print(writer: &Writer<'_>, sources: &SourceMap) -> String {
     for (index, symbol) in order {
         line_of(writer, symbol, usages.get(index), &mut out);
     }
-    let mut lines = Lines { sources, file: None, line: 0 };
     for (index, (name, start)) in writer.sections.iter().enumerate() {
         let end = writer.sections.get(index + 1).map_or(writer.ops.len(), |(_, next)| *next);
         let _ = writeln!(out, "code {name}");
+        // A run time forgets file and line at the head of each section.
+        let mut lines = Lines { sources, file: None, line: 0 };
         for op in writer.ops.get(*start..end).unwrap_or_default() {
             operation(writer, op, &mut lines, &mut out);
         }
