@@ -16,7 +16,7 @@ pub struct Gap {
     pub span: Span,
     /// The identifiers in it: within the declaration around the gap, it may have declared them.
     pub names: FxHashSet<Arc<str>>,
-    /// The functions and structs that it may have declared for the rest of the file.
+    /// The functions, structs and global variables that it may have declared for the rest of the file.
     pub declarations: FxHashSet<Arc<str>>,
     /// Number of declarations in it that lack their name.
     pub nameless: usize,

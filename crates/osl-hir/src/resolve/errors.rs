@@ -122,6 +122,9 @@ pub(super) fn unknown_name(span: Span, what: &str, name: &str, close: Option<&st
     }
 }
 
+/// What a function hears that calls itself.
+pub(super) const NO_RECURSION: &str = "OSL has no recursion, because calls are inlined: write a loop";
+
 /// E0201: a value is assigned to a name that was never declared; `ty` is the type of the value, if a
 /// declaration can name it.
 pub(super) fn undeclared(span: Span, name: &str, ty: Option<&str>) -> Diagnostic {

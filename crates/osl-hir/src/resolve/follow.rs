@@ -9,6 +9,7 @@
 
 use super::{Resolver, errors};
 use osl_syntax::Reports;
+use osl_syntax::ast::Item;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::gaps::Gap;
 use osl_syntax::span::Span;
@@ -91,6 +92,14 @@ impl Resolver<'_> {
     /// Whether the declaration at file level has a gap before this part of it.
     fn is_after_gap(&self, span: Span) -> bool {
         self.follow.first_gap.is_some_and(|gap| gap <= span.start)
+    }
+
+    /// Whether the declaration that is being resolved is that of a function of this name.
+    pub(super) fn is_within(&self, name: &str) -> bool {
+        self.ast.items.iter().any(|item| match item {
+            Item::Function(f) => f.span == self.follow.item && &*f.name.text == name,
+            _ => false,
+        })
     }
 
     /// Whether a gap may have declared a name, here or in a scope that ends elsewhere than written.

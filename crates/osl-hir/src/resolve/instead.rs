@@ -21,6 +21,9 @@ impl Resolver<'_> {
         if from.is_array() || to.is_array() {
             return None;
         }
+        if to.as_struct().is_some() && matches!(value.kind, ExprKind::Comma(_)) {
+            return Some("write braces instead of the parentheses: `{1, 2, 3}`".to_string());
+        }
         let cast = if to == Type::INT { "(int)" } else { "" };
         Some(match (to, from) {
             (Type::FLOAT | Type::INT, Type::COLOR) => {

@@ -1,6 +1,8 @@
 //! Calls: candidates, scores, and the choice by argument types and expected result.
 
 use super::errors;
+use super::unknown::Wanted;
+use super::vocabulary;
 use super::{FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
 use crate::hir::{Choice, Expr, ExprKind};
@@ -127,8 +129,9 @@ impl Resolver<'_> {
             return error;
         }
         if candidates.is_empty() {
-            let end = (!args.is_empty()).then(|| span.end.saturating_sub(1));
-            self.unknown(name.span, "function", &name.text, end);
+            let arguments_end = (!args.is_empty()).then(|| span.end.saturating_sub(1));
+            let wanted = Wanted::Call { arguments_end, closure: expected == Some(Type::CLOSURE) };
+            self.unknown(name.span, "function", &name.text, wanted);
             return error;
         }
         let failed = given.iter().find_map(|g| match g {
@@ -427,7 +430,11 @@ impl Resolver<'_> {
                 false => format!("and {more} more"),
             });
         }
-        d
+        let is_builtin = candidates.iter().all(|c| matches!(c, Candidate::Builtin { .. }));
+        match vocabulary::other_form(name, given.len()).filter(|_| is_builtin) {
+            Some(advice) => d.help(advice),
+            None => d,
+        }
     }
 }
 

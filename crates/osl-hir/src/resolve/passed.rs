@@ -5,7 +5,7 @@
 //! reaches count, and whatever passes the argument on.
 
 use super::errors;
-use crate::hir::{Arg, ExprKind, FunctionId, Init, Program, VarKind};
+use crate::hir::{Arg, ExprKind, FunctionId, Init, Program, Stmt, StmtKind, VarId, VarKind};
 use crate::lint::walk::{Event, Walk};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
@@ -33,7 +33,11 @@ pub(super) fn check(program: &Program) -> Vec<Diagnostic> {
                 continue;
             }
             if let Some((span, what)) = fixed(&walk, arg) {
-                found.push(errors::written_argument(span, &what, &var.name, var.span));
+                let d = errors::written_argument(span, &what, &var.name, var.span);
+                found.push(match tested(&function.body, *formal) {
+                    Some(condition) => d.also(condition, "`=` assigns here: `==` compares"),
+                    None => d,
+                });
             }
         }
     }
@@ -46,6 +50,37 @@ fn collect_call<'p>(event: Event<'p>, calls: &mut Vec<(FunctionId, &'p [Arg])>) 
     {
         calls.push((*id, args));
     }
+}
+
+/// A condition that is an assignment to a variable.
+fn tested(body: &[Stmt], var: VarId) -> Option<Span> {
+    let mut open = vec![body];
+    while let Some(body) = open.pop() {
+        for stmt in body {
+            let cond = match &stmt.kind {
+                StmtKind::If(cond, then, otherwise) => {
+                    open.extend([&otherwise[..], &then[..]]);
+                    Some(cond)
+                }
+                StmtKind::Loop { cond, body, .. } => {
+                    open.push(body);
+                    cond.as_ref()
+                }
+                StmtKind::Block(body) => {
+                    open.push(body);
+                    None
+                }
+                _ => None,
+            };
+            if let Some(cond) = cond
+                && let ExprKind::Assign(place, _) = &cond.kind
+                && place.var == var
+            {
+                return Some(cond.span);
+            }
+        }
+    }
+    None
 }
 
 /// The place and description of an argument that must not change.

@@ -3,6 +3,7 @@
 use super::Resolver;
 use super::errors;
 use super::init::is_operand;
+use super::unknown::Wanted;
 use crate::hir::{Expr, ExprKind, GLOBALS, Lvalue, Step, VarId, VarKind};
 use osl_ir::types::{Base, Extent, Type};
 use osl_syntax::Reports;
@@ -74,7 +75,7 @@ impl Resolver<'_> {
                         .help("call it: add `( )` and arguments"),
                 );
             }
-            None => self.unknown(span, "variable", name, None),
+            None => self.unknown(span, "variable", name, Wanted::Value),
         }
         None
     }

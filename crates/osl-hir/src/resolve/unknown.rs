@@ -27,6 +27,20 @@ pub(super) const BEFORE_ASSIGNMENT: &[&str] = &["else"];
 /// Keywords that are a statement by themselves.
 const JUMPS: [&str; 3] = ["break", "continue", "return"];
 
+/// What an unknown name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// A variable.
+    Value,
+    /// A function that is called.
+    Call {
+        /// Where the arguments end, if there are any.
+        arguments_end: Option<u32>,
+        /// Whether the place of the call takes a closure.
+        closure: bool,
+    },
+}
+
 impl Resolver<'_> {
     /// Reports an unknown type.
     pub(super) fn unknown_type(&mut self, span: Span, name: &str) {
@@ -52,10 +66,9 @@ impl Resolver<'_> {
         self.report(errors::unknown_type(span, name, known, close));
     }
 
-    /// Reports an unknown variable or function; `arguments_end` is where the arguments of a call end, if it
-    /// has any.
-    pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str, arguments_end: Option<u32>) {
-        let functions = what == "function";
+    /// Reports an unknown variable or function.
+    pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str, wanted: Wanted) {
+        let functions = wanted != Wanted::Value;
         if self.may_be_declared(name) || (!functions && self.is_nameless(name)) {
             return;
         }
@@ -69,14 +82,19 @@ impl Resolver<'_> {
         if !functions && self.declaring.as_deref() == Some(name) {
             return self.report(errors::own_value(span, name));
         }
-        let wanted = if functions { NameKind::Function } else { NameKind::Variable };
-        if let Some(word) = vocabulary::word(wanted, name) {
-            return self.report(errors::foreign_name(span, what, name, word, arguments_end));
+        if functions && self.is_within(name) {
+            return self.report(errors::unknown_name(span, what, name, None).help(errors::NO_RECURSION));
+        }
+        let kind = if functions { NameKind::Function } else { NameKind::Variable };
+        if let Some(word) = vocabulary::word(kind, name) {
+            let end = if let Wanted::Call { arguments_end, .. } = wanted { arguments_end } else { None };
+            return self.report(errors::foreign_name(span, what, name, word, end));
         }
         let close = self.close_name(name, functions);
         let d = errors::unknown_name(span, what, name, close.as_deref());
-        let d = match (functions, &close) {
-            (false, None) => {
+        let d = match (wanted, &close) {
+            (Wanted::Call { closure: true, .. }, None) => d.help(vocabulary::RENDERERS_CLOSURE),
+            (Wanted::Value, None) => {
                 let lower = name.to_lowercase();
                 let example = match name {
                     "i" | "j" | "k" | "n" | "count" | "index" => format!("int {name} = 0"),

@@ -48,6 +48,19 @@ pub(crate) fn word(wanted: NameKind, name: &str) -> Option<Word> {
     }
 }
 
+/// What to write instead of a call of a built-in function with this number of arguments, where other languages
+/// and older versions have such a form.
+pub(super) fn other_form(name: &str, arguments: usize) -> Option<&'static str> {
+    Some(match (name, arguments) {
+        ("atan", 2) => "the arc tangent of a quotient is `atan2(y, x)`",
+        ("spline" | "splineinverse", 4..) => {
+            "the knots are an array: `float knots[4] = { … };`, then `spline(\"linear\", x, knots)`"
+        }
+        ("emission" | "background" | "holdout" | "debug", 1) => "a color scales a closure: `c * emission()`",
+        _ => return None,
+    })
+}
+
 /// What OSL has instead of a word of another language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Elsewhere {
@@ -78,8 +91,33 @@ fn reserved(name: &str) -> Option<Word> {
     })
 }
 
+/// What to do about a closure that the language does not have.
+pub(super) const RENDERERS_CLOSURE: &str = "a closure of a renderer is declared above the shader, with its parameters: `closure color \
+                                 sheen(normal N, color c, float r) [[ int builtin = 1 ]];`";
+
 fn function(name: &str) -> Option<Word> {
     Some(match name {
+        // Closures of renderers and of older versions.
+        "sheen"
+        | "metal"
+        | "velvet"
+        | "glossy"
+        | "ashikhmin_velvet"
+        | "ashikhmin_shirley"
+        | "microfacet_ggx"
+        | "microfacet_ggx_refraction"
+        | "microfacet_beckmann"
+        | "microfacet_beckmann_refraction"
+        | "westin_backscatter"
+        | "westin_sheen"
+        | "diffuse_ramp"
+        | "diffuse_toon"
+        | "glossy_toon"
+        | "phong_ramp"
+        | "hair_reflection"
+        | "hair_transmission"
+        | "principled_diffuse"
+        | "principled_sheen" => said(RENDERERS_CLOSURE),
         "lerp" => same("mix", "OSL calls it `mix(a, b, x)`"),
         "fract" | "frac" => more("mod", ", 1", "in OSL it is `mod(x, 1)`"),
         "saturate" => more("clamp", ", 0, 1", "in OSL it is `clamp(x, 0, 1)`"),

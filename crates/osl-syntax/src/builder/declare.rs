@@ -72,7 +72,9 @@ impl Builder<'_> {
         if let (Some(_), Some(init)) = (array, init) {
             let e = self.get(init);
             if !matches!(e.kind, ExprKind::InitList(_) | ExprKind::Error) {
-                self.report(errors::array_initializer(e.span));
+                let span = e.span;
+                let values = matches!(e.kind, ExprKind::Paren(inner) if matches!(self.get(inner).kind, ExprKind::Comma(_)));
+                self.report(errors::array_initializer(span, values));
             }
         }
     }

@@ -63,6 +63,15 @@ pub(crate) fn decimal_comma(span: Span, comma: Span) -> Diagnostic {
         .fix("write a point", vec![Edit { span: comma, text: ".".to_owned() }])
 }
 
+/// E0110: the name of a space before the parenthesis that holds the values; `both` reaches from the type to the
+/// parenthesis.
+pub(crate) fn space_before_values(both: Span, space: Span, written: &str) -> Diagnostic {
+    Diagnostic::error(SYNTAX, space, "the space stands before the values")
+        .label("not expected here")
+        .help("in OSL the space is the first argument: `point(\"shader\", 0, 0, 0)`")
+        .fix("move it into the parentheses", vec![Edit { span: both, text: format!("({written}, ") }])
+}
+
 /// E0110: commas between the parts of a `for`.
 pub(crate) fn commas_in_for(first: Span, second: Span) -> Diagnostic {
     let edit = |span| Edit { span, text: ";".to_owned() };
@@ -122,11 +131,14 @@ pub(crate) fn array_length(span: Span) -> Diagnostic {
         .help("a macro that stands for a literal will do")
 }
 
-/// E0117: an array initialiser that is not a list.
-pub(crate) fn array_initializer(span: Span) -> Diagnostic {
-    Diagnostic::error(ARRAY_INITIALIZER, span, "an array is initialised by a list in braces")
-        .label("not a list")
-        .help("to copy another array, declare first and assign then")
+/// E0117: an array initialiser that is not a list; `values`: one in parentheses.
+pub(crate) fn array_initializer(span: Span, values: bool) -> Diagnostic {
+    let d = Diagnostic::error(ARRAY_INITIALIZER, span, "an array is initialised by a list in braces")
+        .label("not a list");
+    match values {
+        true => d.help("write braces instead of the parentheses: `{1, 2, 3}`"),
+        false => d.help("to copy another array, declare first and assign then"),
+    }
 }
 
 /// E0118: an empty `{ }`.

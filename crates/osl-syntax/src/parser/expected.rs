@@ -139,6 +139,9 @@ fn hint(stream: &Stream, at: usize, d: Diagnostic) -> Diagnostic {
         (_, Some(Token::LBrace)) if matches!(before(1), Some(Token::Assign)) => {
             d.help("a list in braces may only initialise a declaration, be returned or be an argument")
         }
+        (Some(Token::RBracket), Some(Token::LBracket)) => {
+            d.help("arrays have one dimension: multiply the lengths, and index `a[i * columns + j]`")
+        }
         (Some(Token::Type(_)), Some(Token::LBracket)) => {
             d.help("the length of an array stands after its name: `float a[3]`")
         }

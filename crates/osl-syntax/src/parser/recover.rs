@@ -217,14 +217,27 @@ fn replace_statement(
     };
     let to = (at..block.end).find(stop).map_or(block.end, |n| match stream.tokens.get(n) {
         Some(Token::ShaderKind(_)) => n,
+        // `float a[2] = {1, 2};` at file level
+        Some(Token::RBrace) if opener.is_none() && stream.tokens.get(n + 1) == Some(&Token::Semi) => n + 2,
         _ => n + 1,
     });
     let range = start..to.max(start);
+    let global = match stream.tokens.get(range.clone()) {
+        Some([Token::Type(_), Token::Ident(name), Token::Assign | Token::LBracket | Token::Semi, ..])
+            if opener.is_none() =>
+        {
+            Some(name.clone())
+        }
+        _ => None,
+    };
     let done = stream.tokens.get(range.clone()).is_some_and(|t| t.len() == 1 && t.iter().all(is_stand_in));
     if done {
         return false;
     }
     replace(stream, range, Token::Bad, gaps);
+    if let (Some(name), Some(gap)) = (global, gaps.list.last_mut()) {
+        gap.declarations.insert(name);
+    }
     true
 }
 

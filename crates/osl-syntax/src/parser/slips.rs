@@ -53,6 +53,7 @@ pub(crate) fn find(stream: &Stream, failure: &Failure, sources: &SourceMap) -> O
         .or_else(|| slips.decimal_comma())
         .or_else(|| slips.condition())
         .or_else(|| slips.head_of_for())
+        .or_else(|| slips.space())
         .or_else(|| slips.comma())
 }
 
@@ -231,6 +232,20 @@ impl Slips<'_> {
             remedy: vec![(whole..self.at + 1, vec![(Token::Float(0.5), span)])],
             guess: None,
         })
+    }
+
+    /// `point "shader" (0, 0, 0)`, as in the RenderMan Shading Language.
+    fn space(&self) -> Option<Slip> {
+        let Some(Token::Type(_)) = self.before(1) else { return None };
+        let (name @ Token::Str(_), Token::LParen) = (self.token(self.at)?, self.token(self.at + 1)?) else {
+            return None;
+        };
+        let (here, open) = (self.here(), self.span(self.at + 1));
+        self.between(self.at, self.at + 1)?;
+        let both = self.end_before()?.to(open);
+        let d = errors::space_before_values(both, here, self.sources.text(here));
+        let tokens = vec![(Token::LParen, open), (name.clone(), here), (Token::Comma, here)];
+        Some(Slip { diagnostic: d, remedy: vec![(self.at..self.at + 2, tokens)], guess: None })
     }
 
     /// `if x > 0 {`, `while x > 0 {`, and `if (x > 0 {`.
