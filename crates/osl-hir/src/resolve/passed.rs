@@ -35,7 +35,9 @@ pub(super) fn check(program: &Program) -> Vec<Diagnostic> {
             if let Some((span, what)) = fixed(&walk, arg) {
                 let d = errors::written_argument(span, &what, &var.name, var.span);
                 found.push(match tested(&function.body, *formal) {
-                    Some(condition) => d.also(condition, "`=` assigns here: `==` compares"),
+                    Some(condition) => d
+                        .also(condition, "an assignment")
+                        .help("`=` assigns in this condition: `==` compares"),
                     None => d,
                 });
             }
