@@ -48,8 +48,8 @@ pub(crate) fn word(wanted: NameKind, name: &str) -> Option<Word> {
     }
 }
 
-/// What to write instead of a call of a built-in function with this number of arguments, where other languages
-/// and older versions have such a form.
+/// What to write instead of a call of a built-in function with this number of arguments, where other
+/// languages and older versions have such a form.
 pub(super) fn other_form(name: &str, arguments: usize) -> Option<&'static str> {
     Some(match (name, arguments) {
         ("atan", 2) => "the arc tangent of a quotient is `atan2(y, x)`",

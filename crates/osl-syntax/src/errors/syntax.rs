@@ -63,8 +63,8 @@ pub(crate) fn decimal_comma(span: Span, comma: Span) -> Diagnostic {
         .fix("write a point", vec![Edit { span: comma, text: ".".to_owned() }])
 }
 
-/// E0110: the name of a space before the parenthesis that holds the values; `both` reaches from the type to the
-/// parenthesis.
+/// E0110: the name of a space before the parenthesis that holds the values; `both` reaches from the type to
+/// the parenthesis.
 pub(crate) fn space_before_values(both: Span, space: Span, written: &str) -> Diagnostic {
     Diagnostic::error(SYNTAX, space, "the space stands before the values")
         .label("not expected here")
