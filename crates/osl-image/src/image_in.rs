@@ -21,6 +21,9 @@ use crate::texels::Texels;
 /// Memory of a decoder for tables, such as the color map of a TGA and the buffers of a PNG.
 const TABLES: u64 = 1 << 20;
 
+/// Bytes of the tables of codes that a byte of a WebP file can describe.
+const CODES: u64 = 360;
+
 /// A decoder that has read the header, and the memory that it needs besides the pixels.
 type Opened<'a> = (Box<dyn ImageDecoder + 'a>, u64);
 
@@ -41,6 +44,13 @@ pub(crate) fn decode(file: EncodedFile<'_>, admission: &Admission<'_>) -> Result
             most,
             "texture_memory",
         ));
+    }
+    let codes = length.saturating_mul(CODES);
+    // A file that begins with a lossy frame has no other one.
+    let has_codes = format == ImageFormat::WebP && file.head.get(12..16) != Some(b"VP8 ");
+    if has_codes && codes > most {
+        let what = "the tables of codes that a WebP file of this length may describe";
+        return Err(ImageError::memory(path, what.to_owned(), codes, most, "texture_memory"));
     }
     let damaged = |error| refused(path, format, error);
     let (mut decoder, working) = open(format, file, images).map_err(damaged)?;
@@ -154,8 +164,8 @@ fn open<'a>(format: ImageFormat, file: EncodedFile<'a>, limits: &Images) -> imag
             let frame = largest_frame(&bytes);
             let decoder = webp::WebPDecoder::new(Cursor::new(bytes))?;
             let each = if decoder.has_animation() { 16 } else { 8 };
-            // A file may describe thousands of tables of codes. Those of ordinary files fit into this bound.
-            let codes = length.saturating_mul(360).min(limits.working_memory);
+            // Those of ordinary files fit into this bound.
+            let codes = length.saturating_mul(CODES).min(limits.working_memory);
             with(decoder, |width, height| (width * height).max(frame) * each + length + codes)
         }
         // A frame that is smaller than the image is decoded on its own.

@@ -289,6 +289,8 @@ fn promises_are_refused() {
     (bmp[19], bmp[23]) = (0x7f, 0x7f);
     let mut lossless = encoded(ImageFormat::WebP, Rgb8);
     lossless[21..25].copy_from_slice(&(16_382_u32 | 16_382 << 14).to_le_bytes());
+    // So many bytes may describe tables of more memory than a texture has.
+    let long = [encoded(ImageFormat::WebP, Rgb8), vec![0; 4 << 20]].concat();
     // The lossy frame is far larger than the picture around it.
     let mut frame = include_bytes!("data/webp/alpha.webp").to_vec();
     let at = frame.windows(3).position(|part| part == [0x9d, 0x01, 0x2a]).unwrap() + 3;
@@ -298,6 +300,7 @@ fn promises_are_refused() {
         &tga,
         &bmp,
         &lossless,
+        &long,
         &frame,
         b"P6 60000 60000 255\n",
         b"P1 60000 60000\n",
