@@ -97,27 +97,6 @@ pub(super) const RENDERERS_CLOSURE: &str = "a closure of a renderer is declared 
 
 fn function(name: &str) -> Option<Word> {
     Some(match name {
-        // Closures of renderers and of older versions.
-        "sheen"
-        | "metal"
-        | "velvet"
-        | "glossy"
-        | "ashikhmin_velvet"
-        | "ashikhmin_shirley"
-        | "microfacet_ggx"
-        | "microfacet_ggx_refraction"
-        | "microfacet_beckmann"
-        | "microfacet_beckmann_refraction"
-        | "westin_backscatter"
-        | "westin_sheen"
-        | "diffuse_ramp"
-        | "diffuse_toon"
-        | "glossy_toon"
-        | "phong_ramp"
-        | "hair_reflection"
-        | "hair_transmission"
-        | "principled_diffuse"
-        | "principled_sheen" => said(RENDERERS_CLOSURE),
         "lerp" => same("mix", "OSL calls it `mix(a, b, x)`"),
         "fract" | "frac" => more("mod", ", 1", "in OSL it is `mod(x, 1)`"),
         "saturate" => more("clamp", ", 0, 1", "in OSL it is `clamp(x, 0, 1)`"),
