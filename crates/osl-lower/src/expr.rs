@@ -103,7 +103,8 @@ impl Lowerer<'_> {
                 self.b.lane(LaneOp::Triple, &v)
             }
             ExprKind::Matrix(cells) => {
-                let cells: Vec<ValueId> = cells.iter().map(|c| self.value(c)).collect();
+                let cells: Vec<Operand> = cells.iter().map(|c| self.operand(c)).collect();
+                let cells: Vec<ValueId> = cells.into_iter().map(|c| self.settle(c)).collect();
                 let zero = self.b.float(0.0);
                 let mut matrix = self.b.lane(LaneOp::MDiag, &[zero]);
                 for (index, cell) in cells.into_iter().enumerate() {
@@ -127,6 +128,14 @@ impl Lowerer<'_> {
     }
 
     pub(super) fn operand(&mut self, e: &Expr) -> Operand {
+        match self.referenced(e) {
+            Some(spot) => Operand::Later(spot),
+            None => Operand::Now(self.value(e)),
+        }
+    }
+
+    /// Evaluates an expression that is a variable, and returns this variable; does nothing with any other expression.
+    fn referenced(&mut self, e: &Expr) -> Option<Spot> {
         let place = match &e.kind {
             ExprKind::Read(place) if place.is_plain() => Some(place),
             // These return the variable itself.
@@ -140,10 +149,7 @@ impl Lowerer<'_> {
             }
             _ => None,
         };
-        match place.and_then(|p| self.spot(p)) {
-            Some(spot) => Operand::Later(spot),
-            None => Operand::Now(self.value(e)),
-        }
+        place.and_then(|place| self.spot(place))
     }
 
     pub(super) fn settle(&mut self, operand: Operand) -> ValueId {
@@ -345,6 +351,16 @@ impl Lowerer<'_> {
     }
 
     fn assign(&mut self, place: &Lvalue, init: &Init) -> Val {
+        if let Init::Value(e) = init
+            && place.path.iter().any(may_write)
+            && let Some(later) = self.referenced(e)
+        {
+            // The variable is referenced, so the indices of the left side may still change it.
+            let Some(spot) = self.spot(place) else { return Val::Void };
+            let value = self.read(&later);
+            self.write(&spot, value.clone());
+            return value;
+        }
         let value = match init {
             Init::Value(e) if self.checks_assigned(place) => match self.storage(place.var) {
                 Some(storage) => self.eval_into(&storage, e),

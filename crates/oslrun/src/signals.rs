@@ -1,11 +1,11 @@
-//! Handles Ctrl-C: half-written files are removed, and then the signal ends the process as usual.
+//! Handles Ctrl-C and other requests to end: half-written files are removed, and then the signal ends the process as usual.
 //!
 //! Only the command does this, never the library: a process has only one handler for signals, and a library
 //! must not take it.
 
 #[cfg(unix)]
 mod unix {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::emulate_default_handler;
 
@@ -13,7 +13,8 @@ mod unix {
     /// function returns, so a part file that is made later does not outlive a signal.
     pub(crate) fn watch() {
         let ignored = ignored();
-        let heard = [SIGINT, SIGTERM].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
+        let all = [SIGHUP, SIGINT, SIGQUIT, SIGTERM];
+        let heard = all.into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
         let heard: Vec<i32> = heard.collect();
         let (registered, is_registered) = std::sync::mpsc::channel();
         let work = move || {

@@ -56,8 +56,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("zero: no second derivatives")
     .extremes(
-        "Values without derivatives give 0. Changes below about 1e-23 give 0, because their squares \
-         underflow; changes above 1.84e19 give inf.",
+        "Values without derivatives give 0, and so does a change that is nan. Changes below about 1e-23 \
+         give 0, because their squares underflow; changes above 1.84e19 give inf.",
     )
     .example("float w = filterwidth(u);"),
     Builtin::compose(

@@ -272,7 +272,7 @@ impl Resolver<'_> {
         let outer_returns = std::mem::take(&mut self.returns);
         let (formals, vars, body) = self.within_scope(|r| {
             let (formals, vars) = r.formals(decl);
-            let body = decl.body.as_ref().map(|b| r.stmts(&b.stmts));
+            let body = decl.body.as_ref().map(|b| r.stmts_expecting(&b.stmts, Some(ret)));
             (formals, vars, body)
         });
         debug_assert_eq!(depth, self.scopes.len());

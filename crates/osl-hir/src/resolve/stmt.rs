@@ -12,9 +12,15 @@ use osl_syntax::span::Span;
 impl Resolver<'_> {
     /// Resolves a list of statements in the innermost scope.
     pub(super) fn stmts(&mut self, list: &[StmtId]) -> Vec<Stmt> {
+        self.stmts_expecting(list, None)
+    }
+
+    /// The same, where a bare expression has an expected type: in the body of a function, as in published
+    /// compilers, the type that the function returns.
+    pub(super) fn stmts_expecting(&mut self, list: &[StmtId], expected: Option<Type>) -> Vec<Stmt> {
         let mut out = Vec::new();
         for id in list {
-            self.stmt(*id, &mut out);
+            self.stmt(*id, expected, &mut out);
         }
         out
     }
@@ -25,7 +31,7 @@ impl Resolver<'_> {
         self.stmts(&[id])
     }
 
-    fn stmt(&mut self, id: StmtId, out: &mut Vec<Stmt>) {
+    fn stmt(&mut self, id: StmtId, expected: Option<Type>, out: &mut Vec<Stmt>) {
         let ast = self.ast;
         let stmt = &ast[id];
         let span = stmt.span;
@@ -39,7 +45,7 @@ impl Resolver<'_> {
                 if self.misspelt_jump(*e) {
                     return;
                 }
-                StmtKind::Expr(self.expr(*e, None))
+                StmtKind::Expr(self.expr(*e, expected))
             }
             ast::StmtKind::Declare { ty, vars } => {
                 for var in vars {

@@ -206,7 +206,9 @@ impl Spec {
                 (false, Flavour::Print) => "inf",
                 (false, _) => "Inf",
             };
-            return Spec { zero: false, ..*self }.pad(sign, name, flavour, out);
+            // The reference's `printf` aligns these to the left.
+            let left = self.left || flavour == Flavour::Print;
+            return Spec { zero: false, left, ..*self }.pad(sign, name, flavour, out);
         }
         let size = f64::from(x.abs());
         let precision = self.precision.unwrap_or(6);
@@ -314,6 +316,7 @@ mod tests {
             assert_eq!(both(text, Const::Int(n)), want, "{text} of {n}");
         }
         assert_eq!(both("%.f", Const::Float(2.5)), ["2.500000", "2"]);
+        assert_eq!(both("%5.1f|", Const::Float(f32::INFINITY)), ["inf  |", "  Inf|"]);
         assert_eq!(both("%-010.2f", Const::Float(2.5)), ["2.50000000", "2.50      "]);
         assert_eq!(both("%06s", Const::Str("abc".into())), ["000abc", "   abc"]);
         assert_eq!(both("%-06s", Const::Str("abc".into())), ["abc000", "abc   "]);

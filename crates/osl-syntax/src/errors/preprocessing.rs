@@ -146,9 +146,15 @@ pub(crate) fn unterminated_conditional(span: Span, end: Span) -> Diagnostic {
         .also(end, "`#endif` is missing before the end of the file")
 }
 
+/// The message of a directive that reports something: its own words if it has any.
+fn own_words(directive: &str, message: String, words: &str) -> String {
+    if words.trim().is_empty() { format!("a `{directive}` without a text") } else { message }
+}
+
 /// E0013: `#error`.
 pub(crate) fn error_directive(span: Span, text: &str) -> Diagnostic {
-    Diagnostic::error(ERROR_DIRECTIVE, span, format!("#error: {text}")).label("reported by the source itself")
+    let message = own_words("#error", format!("#error: {text}"), text);
+    Diagnostic::error(ERROR_DIRECTIVE, span, message).label("reported by the source itself")
 }
 
 /// E0014: macros that grow endlessly.
@@ -207,7 +213,8 @@ pub(crate) fn file_too_large(span: Span, name: &str, limit: u64) -> Diagnostic {
 
 /// E0018: `#pragma error`.
 pub(crate) fn pragma_error(span: Span, text: &str) -> Diagnostic {
-    Diagnostic::error(PRAGMA_ERROR, span, text.to_owned()).label("reported by the source itself")
+    let message = own_words("#pragma error", text.to_owned(), text);
+    Diagnostic::error(PRAGMA_ERROR, span, message).label("reported by the source itself")
 }
 
 /// W0001: a second, different definition. Fatal in the reference.
@@ -220,13 +227,14 @@ pub(crate) fn macro_redefined(strict: bool, span: Span, name: &str, first: Span)
 
 /// W0002: `#warning`. Fatal in the reference.
 pub(crate) fn warning_directive(strict: bool, span: Span, text: &str) -> Diagnostic {
-    super::quirk(strict, WARNING_DIRECTIVE, span, format!("#warning: {text}"))
-        .label("reported by the source itself")
+    let message = own_words("#warning", format!("#warning: {text}"), text);
+    super::quirk(strict, WARNING_DIRECTIVE, span, message).label("reported by the source itself")
 }
 
 /// W0003: `#pragma warning`.
 pub(crate) fn pragma_warning(span: Span, text: &str) -> Diagnostic {
-    Diagnostic::warning(PRAGMA_WARNING, span, text.to_owned()).label("reported by the source itself")
+    let message = own_words("#pragma warning", text.to_owned(), text);
+    Diagnostic::warning(PRAGMA_WARNING, span, message).label("reported by the source itself")
 }
 
 /// W0004: `#pragma osl` with an unknown word.

@@ -11,6 +11,7 @@ use osl_scene::{Crop, Grid, set_screen_spaces};
 use osl_syntax::source::SourceMap;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::IsTerminal;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -88,9 +89,25 @@ pub(super) fn on_threads<T: Send>(
     threads: Option<u16>,
     work: impl FnOnce() -> T + Send,
 ) -> Result<T, Failure> {
-    let Some(threads) = threads else { return Ok(work()) };
+    let Some(threads) = threads else {
+        start_threads()?;
+        return Ok(work());
+    };
     let pool = pool(usize::from(threads)).map_err(Failure::new)?;
     Ok(pool.install(work))
+}
+
+/// Starts a thread for each core, once for the process. Otherwise the first parallel loop starts them, and panics if
+/// it cannot.
+fn start_threads() -> Result<(), Failure> {
+    static STARTED: OnceLock<Option<String>> = OnceLock::new();
+    let start = || ThreadPoolBuilder::new().build_global().err().map(|why| why.to_string());
+    match STARTED.get_or_init(start) {
+        None => Ok(()),
+        Some(why) => Err(Failure::new(format!(
+            "cannot start a thread for each core: {why}; --threads sets their number"
+        ))),
+    }
 }
 
 /// A pool of threads; 0 means all cores.

@@ -182,7 +182,7 @@ fn a_signal_removes_what_is_not_complete() {
     // handler of this process becomes the default action in the child.
     let always = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
     signal_hook::flag::register_conditional_shutdown(signal_hook::consts::SIGINT, 130, always).unwrap();
-    for signal in ["INT", "TERM"] {
+    for signal in ["HUP", "INT", "QUIT", "TERM"] {
         let place = Place::new(
             "osl",
             b"",
@@ -204,5 +204,26 @@ fn a_signal_removes_what_is_not_complete() {
         assert_eq!(status.code(), None, "it ends by the signal");
         assert!(!names(&place.project()).iter().any(is_part), "{signal}");
         assert_eq!(fs::read(place.project().join("a.exr")).unwrap(), b"old");
+    }
+}
+
+/// Small limits of the system end a command with a message, or have no effect.
+#[cfg(target_os = "linux")]
+#[test]
+fn limits_of_the_system() {
+    let place = Place::new("osl", b"", GOOD.as_bytes());
+    let program = env!("CARGO_BIN_EXE_oslrun");
+    let run = |limits: &str, threads: &str| {
+        let script = format!("{limits}; exec '{program}' good.osl -g 64x64 -o a.exr");
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &script]).current_dir(place.project()).env("RAYON_NUM_THREADS", threads);
+        Said::of(&mut shell)
+    };
+    let small_stack = run("ulimit -s 128", "2");
+    assert!(small_stack.status.success(), "{}", small_stack.text);
+    for (limits, threads) in [("ulimit -v 65536", "2"), ("ulimit -v 200000", "64")] {
+        let said = run(limits, threads);
+        assert_eq!(said.status.code(), Some(1), "{}", said.text);
+        assert!(said.text.starts_with("error: ") && said.text.lines().count() == 1, "{}", said.text);
     }
 }
