@@ -14,6 +14,8 @@ const MAX_HEAD: usize = 16 << 10;
 const MAX_HEADERS: usize = 100;
 /// How long a client may take to send a head.
 const PATIENCE: Duration = Duration::from_secs(20);
+/// The same while many connections are open.
+const PATIENCE_IN_A_CROWD: Duration = Duration::from_secs(1);
 /// How long a connection is kept open after its answer.
 const LINGER: Duration = Duration::from_millis(500);
 /// What is added to the key of a WebSocket: RFC 6455, section 1.3.
@@ -50,18 +52,22 @@ impl Head {
     }
 }
 
-/// Reads the head of a request. `None` if the client sends something else, too much, or nothing for too long.
-pub(crate) fn read(stream: &mut TcpStream) -> Option<Head> {
+/// Reads the head of a request. `None` if the client sends something else, too much, or nothing for too long,
+/// which is a shorter time while the server `is_crowded`.
+pub(crate) fn read(stream: &mut TcpStream, is_crowded: impl Fn() -> bool) -> Option<Head> {
     let started = Instant::now();
     let mut bytes = Vec::new();
     let mut block = [0; 4096];
+    stream.set_read_timeout(Some(PATIENCE_IN_A_CROWD / 4)).ok()?;
     loop {
-        let left = PATIENCE.checked_sub(started.elapsed()).filter(|left| !left.is_zero())?;
-        stream.set_read_timeout(Some(left)).ok()?;
+        let patience = if is_crowded() { PATIENCE_IN_A_CROWD } else { PATIENCE };
+        if started.elapsed() >= patience {
+            return None;
+        }
         let n = match stream.read(&mut block) {
             Ok(0) => return None,
             Ok(n) => n,
-            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) if is_waiting(error.kind()) => continue,
             Err(_) => return None,
         };
         bytes.extend_from_slice(block.get(..n)?);
@@ -71,6 +77,11 @@ pub(crate) fn read(stream: &mut TcpStream) -> Option<Head> {
             Parsed::Partial | Parsed::Wrong => return None,
         }
     }
+}
+
+/// Whether a read ended only because nothing has come yet.
+pub(crate) fn is_waiting(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }
 
 enum Parsed {

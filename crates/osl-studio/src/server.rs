@@ -84,10 +84,7 @@ impl Server {
             };
             let place = ConnectionSlot::take(&open);
             let (gate, make, turn) = (self.gate.clone(), make.clone(), turn.clone());
-            let serve = move || {
-                let place = place;
-                gate.serve(stream, place.is_free, &*make, turn);
-            };
+            let serve = move || gate.serve(stream, &place, &*make, turn);
             // If there is no thread for it, the connection is closed.
             let _ = std::thread::Builder::new().name("studio".to_string()).spawn(serve);
         }
@@ -100,9 +97,17 @@ struct ConnectionSlot {
     is_free: bool,
 }
 
+/// From so many connections on, one that sends nothing is soon closed.
+const CROWD: usize = MAX_CONNECTIONS / 2;
+
 impl ConnectionSlot {
     fn take(open: &Arc<AtomicUsize>) -> ConnectionSlot {
         ConnectionSlot { is_free: open.fetch_add(1, Ordering::Relaxed) < MAX_CONNECTIONS, open: open.clone() }
+    }
+
+    /// Whether many connections are open.
+    fn is_in_a_crowd(&self) -> bool {
+        self.open.load(Ordering::Relaxed) > CROWD
     }
 }
 
@@ -119,7 +124,7 @@ const FORBIDDEN: &str = "403 Forbidden";
 
 impl Gate {
     /// Answers the request of a connection.
-    fn serve(&self, mut stream: TcpStream, is_free: bool, make: &Make, turn: Arc<Mutex<()>>) {
+    fn serve(&self, mut stream: TcpStream, slot: &ConnectionSlot, make: &Make, turn: Arc<Mutex<()>>) {
         let _ = stream.set_write_timeout(Some(session::PATIENCE));
         let _ = stream.set_nodelay(true);
         let policy = guard::policy(self.port);
@@ -130,10 +135,10 @@ impl Gate {
                 &Answer { status, kind: "text/plain; charset=utf-8", body, policy: &policy },
             );
         };
-        if !is_free {
+        if !slot.is_free {
             return refuse(&mut stream, ("503 Service Unavailable", "too many pages are open; close some"));
         }
-        let Some(head) = http::read(&mut stream) else {
+        let Some(head) = http::read(&mut stream, || slot.is_in_a_crowd()) else {
             return refuse(&mut stream, ("400 Bad Request", "this is not a request that a browser sends"));
         };
         let name = match self.admit(&head) {

@@ -6,10 +6,11 @@
 //! request of each kind is kept, so a fast page and a slow shader need no queue. A page that does not read
 //! its answers stops only its own worker. This module must not know how a connection is made.
 
+use crate::http::is_waiting;
 use crate::protocol::{self, Edit, MAX_MESSAGE, Picture, Request, State};
 use crate::subject::{Files, First, Stop, Subject};
 use osl_limits::Cancel;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -18,6 +19,8 @@ use tungstenite::{Message, WebSocket};
 
 /// The interval between looks at the files.
 const EVERY: Duration = Duration::from_millis(150);
+/// The pause between two looks at many files is so many times longer than a look.
+const REST: u32 = 40;
 /// How long a client may take to receive a message.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 /// How long a small picture may wait for a page that does not read.
@@ -43,9 +46,13 @@ struct Inbox {
     closed: bool,
     /// The work that is being done.
     running: Option<Running>,
-    /// The files of the last answer.
-    files: Files,
+    /// The files of the shader, and those of its last picture.
+    files: [Files; 2],
 }
+
+/// Indices of the two lists of files.
+const OF_SHADER: usize = 0;
+const OF_PICTURE: usize = 1;
 
 struct Running {
     cancel: Cancel,
@@ -165,6 +172,19 @@ impl Inbox {
         self.running.iter().for_each(|running| running.cancel.cancel());
     }
 
+    /// Watches these files in place of the former ones of this list. A file that was watched keeps its stamp,
+    /// so that no change is missed.
+    fn watch(&mut self, list: usize, mut files: Files) {
+        for (path, stamp) in &mut files {
+            if let Some(known) = self.files.iter().find_map(|list| list.get(path)) {
+                stamp.clone_from(known);
+            }
+        }
+        if let Some(list) = self.files.get_mut(list) {
+            *list = files;
+        }
+    }
+
     fn request(&mut self, request: Request) {
         match request {
             Request::State { id, state } => {
@@ -249,7 +269,7 @@ fn read(stream: TcpStream, rest: Vec<u8>, shared: &Shared) {
         .max_message_size(Some(MAX_MESSAGE))
         .max_frame_size(Some(MAX_MESSAGE));
     let mut socket = WebSocket::from_partially_read(ReadHalf(stream), rest, Role::Server, Some(config));
-    let mut looked = Instant::now();
+    let (mut looked, mut pause) = (Instant::now(), EVERY);
     loop {
         match socket.read() {
             Ok(Message::Text(text)) => match serde_json::from_str(&text) {
@@ -262,9 +282,10 @@ fn read(stream: TcpStream, rest: Vec<u8>, shared: &Shared) {
             Err(tungstenite::Error::Io(error)) if is_waiting(error.kind()) => {}
             Err(_) => return,
         }
-        if looked.elapsed() >= EVERY {
-            look(shared);
+        if looked.elapsed() >= pause {
             looked = Instant::now();
+            look(shared);
+            pause = EVERY.max(looked.elapsed() * REST);
         }
         if shared.inbox().closed {
             return;
@@ -272,15 +293,11 @@ fn read(stream: TcpStream, rest: Vec<u8>, shared: &Shared) {
     }
 }
 
-fn is_waiting(kind: ErrorKind) -> bool {
-    matches!(kind, ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
-}
-
 /// Looks at the files of the last answer. A file that is gone is mostly about to be replaced.
 fn look(shared: &Shared) {
     let mut files = shared.inbox().files.clone();
     let mut changed = false;
-    for (path, before) in &mut files {
+    for (path, before) in files.iter_mut().flatten() {
         let now = osl_files::stamp(path);
         if now.is_some() && now != *before {
             *before = now;
@@ -289,8 +306,10 @@ fn look(shared: &Shared) {
     }
     if changed {
         shared.put(|inbox| {
-            for (path, stamp) in files {
-                inbox.files.entry(path).and_modify(|known| *known = stamp);
+            for (known, seen) in inbox.files.iter_mut().zip(files) {
+                for (path, stamp) in seen {
+                    known.entry(path).and_modify(|known| *known = stamp);
+                }
             }
             inbox.cancel_outdated();
             inbox.changed = true;
@@ -365,7 +384,7 @@ impl Worker {
         if changed || !same_file {
             let mut files = Files::new();
             let result = self.in_turn(|subject| subject.shader(&state, &mut files));
-            self.watch(files, true);
+            self.shared.inbox().watch(OF_SHADER, files);
             match result {
                 Ok(shader) => {
                     let is_broken = shader.layers.is_empty();
@@ -403,7 +422,10 @@ impl Worker {
             }
         };
         sent?;
-        self.watch(files, false);
+        // Work that was given up has read only some of its files.
+        if !matches!(result, Err(Stop::Cancelled)) {
+            self.shared.inbox().watch(OF_PICTURE, files);
+        }
         match result {
             Ok(picture) => {
                 let time = started.elapsed();
@@ -487,15 +509,22 @@ impl Worker {
         let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
         ask(&mut *self.subject)
     }
+}
 
-    /// Watches these files; with `only`, no others.
-    fn watch(&self, files: Files, only: bool) {
-        let mut inbox = self.shared.inbox();
-        if only {
-            inbox.files.clear();
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    #[test]
+    fn a_page_watches_the_files_of_its_last_answers_only() {
+        let mut inbox = Inbox::default();
+        let files = |name: String| Files::from([(PathBuf::from(name), None)]);
+        inbox.watch(OF_SHADER, files("a.osl".to_string()));
+        for at in 0..2000 {
+            inbox.watch(OF_PICTURE, files(format!("{at}.png")));
         }
-        for (path, stamp) in files {
-            inbox.files.entry(path).or_insert(stamp);
-        }
+        let watched: Vec<_> = inbox.files.iter().flat_map(|list| list.keys()).collect();
+        assert_eq!(watched, [&PathBuf::from("a.osl"), &PathBuf::from("1999.png")]);
     }
 }
