@@ -54,8 +54,8 @@ fn main() -> Result<(), Error> {
     let program = Group::new().layer("paint", &paint).compile(&["result"])?;
     let points = Points::new(3)
         .p(&[[10.0, 0.0, 0.0], [10.5, 1.0, 0.0], [11.0, 2.0, 0.0]])
-        .u([0.1, 0.5, 0.9])
-        .v([0.1, 0.5, 0.9]);
+        .u(&[0.1, 0.5, 0.9])
+        .v(&[0.1, 0.5, 0.9]);
     // All programs of a scene share one renderer, which caches the textures.
     let renderer = Renderer::new(Scene { wear: vec![0.0, 0.25, 1.0] });
     let outputs = program.run_with(&points, &renderer, &RunOptions::default())?;

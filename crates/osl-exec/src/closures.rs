@@ -33,15 +33,23 @@ pub struct Param {
 
 /// A kind of component that a program makes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ClosureKind {
+pub struct ClosureKind {
     /// Name of the closure.
-    pub(crate) name: Arc<str>,
+    pub name: Arc<str>,
     /// The form of its parameters.
-    pub(crate) shapes: Vec<Shape>,
+    pub shapes: Vec<Shape>,
+}
+
+/// The number of words of one value of a kind; a closure is a list of components.
+fn words_of(kind: Kind) -> usize {
+    if kind == Kind::Closure { 2 } else { kind.words() as usize }
 }
 
 /// Components that follow each other: the first one, and their number.
 pub(crate) type List = (u32, u32);
+
+/// A component in its columns.
+type RowColumns = (u32, [f32; 3], u32);
 
 /// The components of the points of a tile.
 #[derive(Clone, Debug, Default)]
@@ -50,7 +58,7 @@ pub(crate) struct Columns {
     /// The components of each point.
     points: Vec<List>,
     /// The index of the kind, the weight, and the first word of the parameters of each component.
-    rows: Vec<(u32, [f32; 3], u32)>,
+    rows: Vec<RowColumns>,
     /// The parameters: floats by their bits, strings by their index in `texts`, a list of components as two
     /// words.
     words: Vec<u32>,
@@ -96,7 +104,7 @@ impl Columns {
     }
 
     /// Adds components, after those of their parameters.
-    pub(crate) fn list(&mut self, rows: &[(u32, [f32; 3], u32)]) -> List {
+    pub(crate) fn list(&mut self, rows: &[RowColumns]) -> List {
         let first = self.rows.len();
         self.rows.extend_from_slice(rows);
         self.bytes += size_of_val(rows) as u64;
@@ -109,55 +117,103 @@ impl Columns {
         self.bytes += size_of::<List>() as u64;
     }
 
-    fn rows(&self, (first, len): List) -> &[(u32, [f32; 3], u32)] {
+    fn rows(&self, (first, len): List) -> &[RowColumns] {
         self.rows.get(first as usize..).and_then(|rows| rows.get(..len as usize)).unwrap_or_default()
     }
 
-    /// Names and weights of the components of a point.
-    fn weights(&self, point: usize) -> impl Iterator<Item = (&Arc<str>, [f32; 3])> {
-        let list = self.points.get(point).copied().unwrap_or_default();
-        let of =
-            |(kind, weight, _): &(u32, [f32; 3], u32)| Some((&self.kinds.get(*kind as usize)?.name, *weight));
-        self.rows(list).iter().filter_map(of)
-    }
-
     /// The components of a list.
+    fn list_of(&self, list: List) -> impl Iterator<Item = Row<'_>> {
+        self.rows(list).iter().filter_map(|(kind, weight, start)| {
+            let words = self.words.get(*start as usize..)?;
+            let of = self.kinds.get(*kind as usize)?;
+            let length: usize = of.shapes.iter().map(|s| words_of(s.kind) * s.count as usize).sum();
+            Some(Row { kind: *kind, weight: *weight, of, words: words.get(..length)?, columns: self })
+        })
+    }
+
+    /// The components of a point.
+    fn of_point(&self, point: usize) -> impl Iterator<Item = Row<'_>> {
+        self.list_of(self.points.get(point).copied().unwrap_or_default())
+    }
+
+    /// The components of a list, each by itself.
     pub(crate) fn components(&self, list: List) -> Vec<Component> {
-        let of = |(kind, weight, start): &(u32, [f32; 3], u32)| {
-            let ClosureKind { name, shapes } = self.kinds.get(*kind as usize)?;
-            let mut words = self.words.get(*start as usize..)?.iter().copied();
-            let params: Option<Arc<[Param]>> =
-                shapes.iter().map(|shape| self.param(shape, &mut words)).collect();
-            Some(Component { weight: *weight, name: name.clone(), params: params? })
-        };
-        self.rows(list).iter().filter_map(of).collect()
+        self.list_of(list).filter_map(|row| row.component()).collect()
+    }
+}
+
+/// A component of a closure at a point, in its columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// The index of its kind in [`Closures::kinds`].
+    pub kind: u32,
+    /// Red, green and blue factors.
+    pub weight: [f32; 3],
+    of: &'a ClosureKind,
+    words: &'a [u32],
+    columns: &'a Columns,
+}
+
+impl<'a> Row<'a> {
+    /// Name of the closure.
+    pub fn name(&self) -> &'a Arc<str> {
+        &self.of.name
     }
 
-    fn param(&self, shape: &Shape, words: &mut impl Iterator<Item = u32>) -> Option<Param> {
-        let mut param = Param { key: shape.key.clone(), values: SmallVec::new(), closure: Vec::new() };
-        for _ in 0..shape.count {
-            match shape.kind {
-                Kind::Closure => param.closure.extend(self.components((words.next()?, words.next()?))),
-                kind => param.values.push(self.value(kind, words)?),
-            }
+    /// The form of a parameter, and its words: floats by their bits.
+    pub fn words(&self, param: usize) -> Option<(&'a Shape, &'a [u32])> {
+        let mut start = 0;
+        for shape in self.of.shapes.get(..param)? {
+            start += words_of(shape.kind) * shape.count as usize;
         }
-        Some(param)
+        let shape = self.of.shapes.get(param)?;
+        let length = words_of(shape.kind) * shape.count as usize;
+        Some((shape, self.words.get(start..start + length)?))
     }
 
-    fn value(&self, kind: Kind, words: &mut impl Iterator<Item = u32>) -> Option<Const> {
-        let mut float = || words.next().map(f32::from_bits);
+    /// The values of a parameter: one, or the elements of an array. None of a closure.
+    pub fn values(&self, param: usize) -> Option<SmallVec<[Const; 1]>> {
+        let (shape, words) = self.words(param)?;
+        let values = words.chunks_exact(words_of(shape.kind)).filter(|_| shape.kind != Kind::Closure);
+        values.map(|words| self.columns.value(shape.kind, words)).collect()
+    }
+
+    /// The components of a parameter that is a closure.
+    pub fn inner(&self, param: usize) -> impl Iterator<Item = Row<'a>> + use<'a> {
+        let words = self.words(param).filter(|(shape, _)| shape.kind == Kind::Closure);
+        let columns = self.columns;
+        words.into_iter().flat_map(|(_, words)| words.chunks_exact(2)).flat_map(move |words| {
+            let list = (words.first().copied().unwrap_or(0), words.get(1).copied().unwrap_or(0));
+            columns.list_of(list)
+        })
+    }
+
+    /// The component by itself, without its columns.
+    pub fn component(&self) -> Option<Component> {
+        let param = |(at, shape): (usize, &Shape)| {
+            let closure = self.inner(at).filter_map(|row| row.component()).collect();
+            Some(Param { key: shape.key.clone(), values: self.values(at)?, closure })
+        };
+        let params: Option<Arc<[Param]>> = self.of.shapes.iter().enumerate().map(param).collect();
+        Some(Component { weight: self.weight, name: self.of.name.clone(), params: params? })
+    }
+}
+
+impl Columns {
+    fn value(&self, kind: Kind, words: &[u32]) -> Option<Const> {
+        let float = |at: usize| words.get(at).copied().map(f32::from_bits);
         Some(match kind {
-            Kind::Int => Const::Int(words.next()? as i32),
-            Kind::Float => Const::Float(float()?),
-            Kind::Triple => Const::Triple([float()?, float()?, float()?]),
+            Kind::Int => Const::Int(*words.first()? as i32),
+            Kind::Float => Const::Float(float(0)?),
+            Kind::Triple => Const::Triple([float(0)?, float(1)?, float(2)?]),
             Kind::Matrix => {
                 let mut matrix = [0.0; 16];
-                for to in &mut matrix {
-                    *to = float()?;
+                for (at, to) in matrix.iter_mut().enumerate() {
+                    *to = float(at)?;
                 }
                 Const::Matrix(Box::new(matrix))
             }
-            Kind::Str => Const::Str(self.texts.get(words.next()? as usize)?.clone()),
+            Kind::Str => Const::Str(self.texts.get(*words.first()? as usize)?.clone()),
             Kind::Closure => Const::Null,
         })
     }
@@ -168,6 +224,7 @@ impl Columns {
 pub struct Closures {
     /// Name of the output, `a[2]` for an element of an array.
     pub output: Arc<str>,
+    kinds: Arc<[ClosureKind]>,
     tiles: Vec<Columns>,
     /// For each point, in order: its tile, and its number there.
     places: Vec<(u32, u32)>,
@@ -185,7 +242,8 @@ impl Closures {
                 *place = (tile as u32, at as u32);
             }
         }
-        Closures { output, tiles, places }
+        let kinds = tiles.first().map(|columns| columns.kinds.clone()).unwrap_or_default();
+        Closures { output, kinds, tiles, places }
     }
 
     /// Appends the points of the next piece of a run.
@@ -210,17 +268,24 @@ impl Closures {
         Some((self.tiles.get(*tile as usize)?, *at as usize))
     }
 
-    /// The components of a point.
+    /// The kinds of components that the program makes; not each of them need occur.
+    pub fn kinds(&self) -> &[ClosureKind] {
+        &self.kinds
+    }
+
+    /// The components of a point, in their columns.
+    pub fn rows(&self, point: usize) -> impl Iterator<Item = Row<'_>> {
+        self.place(point).into_iter().flat_map(|(columns, at)| columns.of_point(at))
+    }
+
+    /// The components of a point, each by itself.
     pub fn point(&self, point: usize) -> Vec<Component> {
-        let found = self.place(point);
-        found.map_or_else(Vec::new, |(columns, at)| {
-            columns.components(columns.points.get(at).copied().unwrap_or_default())
-        })
+        self.rows(point).filter_map(|row| row.component()).collect()
     }
 
     /// Names and weights of the components of a point.
     pub fn weights(&self, point: usize) -> impl Iterator<Item = (&Arc<str>, [f32; 3])> {
-        self.place(point).into_iter().flat_map(|(columns, at)| columns.weights(at))
+        self.rows(point).map(|row| (row.name(), row.weight))
     }
 }
 

@@ -30,7 +30,7 @@ mod services;
 pub mod source;
 mod step;
 
-pub use closures::{Closures, Component, Param, show as show_closure};
+pub use closures::{ClosureKind, Closures, Component, Param, Row, show as show_closure};
 pub use error::RunError;
 pub use frame::{Frame, Plane, Words};
 pub use machine::noise_kind;

@@ -64,7 +64,7 @@ impl Group {
     /// let files = MemoryFiles::new().with("ramp.osl", ramp);
     /// let text = "param float k 3; shader ramp r;";
     /// let program = Group::read("a.group", text, &files, &ReadOptions::default())?.compile(&["o"])?;
-    /// assert_eq!(program.run(&Points::new(1).u([0.5]))?.floats("o"), Some(vec![1.5]));
+    /// assert_eq!(program.run(&Points::new(1).u(&[0.5]))?.floats("o"), Some(vec![1.5]));
     /// # Ok::<(), osl::Error>(())
     /// ```
     ///

@@ -25,7 +25,7 @@
 //!     .connect("scale.o", "paint.x")
 //!     .compile(&["c"])?;
 //!
-//! let outputs = program.run(&Points::new(3).u([0.0, 0.5, 1.0]))?;
+//! let outputs = program.run(&Points::new(3).u(&[0.0, 0.5, 1.0]))?;
 //! assert_eq!(
 //!     outputs.triples("c"),
 //!     Some(vec![[1.0, 0.0, 0.0], [0.75, 0.0, 0.25], [0.5, 0.0, 0.5]])
@@ -75,7 +75,7 @@
 //! let mut limits = osl::Limits::default();
 //! limits.running.point_steps = 1000;
 //! let program = osl::Group::new().limits(&limits).layer("a", &shader).compile(&["o"])?;
-//! let error = program.run(&osl::Points::new(1).u([0.5])).unwrap_err();
+//! let error = program.run(&osl::Points::new(1).u(&[0.5])).unwrap_err();
 //! assert_eq!(error.kind(), osl::ErrorKind::Run);
 //! # Ok::<(), osl::Error>(())
 //! ```
@@ -115,7 +115,7 @@ mod symbols;
 mod value;
 
 pub use analysis::{Analysis, format};
-pub use closure::{Argument, Closure};
+pub use closure::{Closure, ClosureKind, ClosureParam, Closures};
 pub use diagnostic::{Diagnostic, Edit, Fix, Label, Position, Range, Severity};
 pub use error::{Error, ErrorKind};
 pub use files::{Files, MemoryFiles, NoFiles};

@@ -103,7 +103,7 @@ impl CompileOptions {
     /// let shader = Shader::compile("a.osl", text)?;
     /// let options = CompileOptions::outputs(&["o"]).live(&["size"]);
     /// let mut program = Group::new().layer("a", &shader).compile_with(&options)?;
-    /// let points = Points::new(1).u([0.5]);
+    /// let points = Points::new(1).u(&[0.5]);
     /// assert_eq!(program.run(&points)?.floats("o"), Some(vec![1.0]));
     /// program.set("size", 3.0)?;
     /// assert_eq!(program.run(&points)?.floats("o"), Some(vec![1.5]));
@@ -133,7 +133,7 @@ impl CompileOptions {
     /// let shader = Shader::compile("a.osl", text)?;
     /// let options = CompileOptions::default().tap("2:half");
     /// let program = Group::new().layer("a", &shader).compile_with(&options)?;
-    /// let outputs = program.run(&Points::new(1).u([0.5]))?;
+    /// let outputs = program.run(&Points::new(1).u(&[0.5]))?;
     /// assert_eq!(outputs.floats("line2.half"), Some(vec![0.25]));
     /// assert_eq!(outputs.floats("o"), Some(vec![1.25]));
     /// # Ok::<(), osl::Error>(())
@@ -157,7 +157,7 @@ pub(crate) type Progress = Arc<dyn Fn(usize) + Send + Sync>;
 /// let program = Group::new().layer("a", &shader).compile(&[])?;
 /// let cancel = Cancel::new();
 /// let options = RunOptions::default().threads(1).cancel(&cancel);
-/// let outputs = program.run_with(&Points::new(1).u([0.5]), &Renderer::default(), &options)?;
+/// let outputs = program.run_with(&Points::new(1).u(&[0.5]), &Renderer::default(), &options)?;
 /// assert_eq!(outputs.floats("o"), Some(vec![1.0]));
 /// # Ok::<(), osl::Error>(())
 /// ```

@@ -2,7 +2,7 @@
 
 use crate::assign::set_in;
 use crate::points::Source;
-use crate::{Closure, Error, Points, Renderer, RunOptions, Value};
+use crate::{Closures, Error, Points, Renderer, RunOptions, Value};
 use osl_exec::{Arithmetic, Frame, Plane};
 use osl_hir::hir;
 use osl_ir::ir::{Const, Kind};
@@ -79,7 +79,7 @@ impl Program {
     ///
     /// # Errors
     /// The length of an array differs from the number of points, or a loop does not end.
-    pub fn run(&self, points: &Points) -> Result<Outputs, Error> {
+    pub fn run(&self, points: &Points<'_>) -> Result<Outputs, Error> {
         self.run_with(points, &Renderer::default(), &RunOptions::default())
     }
 
@@ -89,7 +89,7 @@ impl Program {
     /// Those of [`Program::run`]; also if the run is cancelled.
     pub fn run_with(
         &self,
-        points: &Points,
+        points: &Points<'_>,
         renderer: &Renderer,
         options: &RunOptions,
     ) -> Result<Outputs, Error> {
@@ -188,10 +188,8 @@ impl Outputs {
 
     /// The components of a closure output, or of `Ci`, at each point. It must have been named when the group
     /// was compiled.
-    pub fn closures(&self, name: &str) -> Option<Vec<Vec<Closure>>> {
-        let found = self.frame.closures.iter().find(|closures| &*closures.output == name)?;
-        let point = |at: usize| found.point(at).iter().map(Closure::new).collect();
-        Some((0..found.len()).map(point).collect())
+    pub fn closures(&self, name: &str) -> Option<Closures<'_>> {
+        self.frame.closures.iter().find(|closures| &*closures.output == name).map(Closures)
     }
 
     /// The messages of the run, each once.

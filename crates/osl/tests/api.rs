@@ -29,7 +29,7 @@ fn points_are_the_callers_own() {
     let (p, n, i, dx) = (triples(1.0), triples(2.0), triples(3.0), triples(4.0));
     let derivs: Vec<[f32; 4]> = (0..count).map(|i| [0.0, i as f32, 0.0, 0.0]).collect();
     let points = Points::new(count).p(&p).n(&n).i(&i).u(floats(1.0)).v(floats(2.0)).time(floats(0.5));
-    let points = points.p_derivs(&dx, &vec![[0.0; 3]; count]).uv_derivs(&derivs);
+    let points = points.p_derivs(&dx, vec![[0.0; 3]; count]).uv_derivs(&derivs);
     let out = program.run(&points).unwrap();
     assert_eq!(out.names(), ["p", "n", "g", "t", "w", "i", "when", "d", "e"]);
     assert_eq!(out.triples("p"), Some(p));
@@ -43,8 +43,8 @@ fn points_are_the_callers_own() {
     assert_eq!(out.floats("e"), Some(floats(1.0)));
     assert_eq!((out.floats("p"), out.triples("w"), out.floats("none")), (None, None, None));
 
-    let error = program.run(&Points::new(3).u([1.0])).unwrap_err();
-    assert_eq!(error.to_string(), "there are 3 points, but 1 values of U");
+    let error = program.run(&Points::new(3).u(&[1.0])).unwrap_err();
+    assert_eq!(error.to_string(), "there are 3 points, but 1 values of u");
     assert_eq!(program.run(&Points::new(0)).unwrap().floats("w"), Some(vec![]));
 }
 
@@ -55,7 +55,7 @@ fn normals_of_positions_are_on_the_side_of_the_normal() {
     let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     let of = |points: Points| program.run(&points).unwrap().triples("n").unwrap();
     // The second point is left-handed; the third has no area.
-    let derivs = Points::new(3).p_derivs(&[x, y, x], &[y, x, x]);
+    let derivs = Points::new(3).p_derivs(vec![x, y, x], vec![y, x, x]);
     assert_eq!(of(derivs.clone()), [z, z, [0.0; 3]]);
     let below = [0.0, 0.0, -1.0];
     assert_eq!(of(derivs.n(&[below; 3])), [below, below, [0.0; 3]]);
@@ -102,7 +102,7 @@ fn only_what_is_asked_for_is_computed() {
     let group = |outputs: &[&str]| -> Result<osl::Program, Error> {
         Group::new().layer("a", &speaker).layer("b", &sink).connect("a.x", "b.x").compile(outputs)
     };
-    let points = Points::new(2).u([0.5, 1.0]);
+    let points = Points::new(2).u(&[0.5, 1.0]);
     let out = group(&["o", "a.y"]).unwrap().run(&points).unwrap();
     assert_eq!(out.names(), ["a.y", "o"], "layer by layer");
     assert_eq!((out.floats("o"), out.floats("a.y")), (Some(vec![1.0, 2.0]), Some(vec![2.0, 2.0])));
@@ -201,7 +201,7 @@ fn services_answer() {
          }",
     );
     let program = Group::new().layer("s", &asks).interpolate("other").compile(&[]).unwrap();
-    let points = Points::new(3).p(&[[8.0, 0.0, 0.0]; 3]).u([0.5; 3]).v([0.5; 3]);
+    let points = Points::new(3).p(&[[8.0, 0.0, 0.0]; 3]).u(&[0.5; 3]).v(&[0.5; 3]);
     let renderer = Renderer::new(Scene);
     for _ in 0..2 {
         let out = program.run_with(&points, &renderer, &RunOptions::default()).unwrap();
@@ -233,22 +233,29 @@ fn closures_are_data() {
         }";
     let shader = Shader::compile("s.osl", text).unwrap();
     let program = Group::new().layer("s", &shader).compile(&["Ci", "r"]).unwrap();
-    let outputs = program.run(&Points::new(2).u([0.0, 0.5])).unwrap();
-    let points = outputs.closures("Ci").unwrap();
-    assert_eq!((points.len(), points[1].len()), (2, 2));
-    let (fuzz, emission) = (&points[1][0], &points[1][1]);
-    assert_eq!((fuzz.name.as_str(), fuzz.weight), ("fuzz", [0.5, 1.0, 0.0]));
-    assert_eq!((emission.name.as_str(), emission.arguments.len()), ("emission", 0));
-    let keys: Vec<Option<&str>> = fuzz.arguments.iter().map(|a| a.key.as_deref()).collect();
+    let outputs = program.run(&Points::new(2).u(&[0.0, 0.5])).unwrap();
+    let closures = outputs.closures("Ci").unwrap();
+    let point: Vec<_> = closures.at(1).collect();
+    assert_eq!((closures.len(), point.len()), (2, 2));
+    let (fuzz, emission) = (&point[0], &point[1]);
+    assert_eq!((fuzz.name(), fuzz.weight()), ("fuzz", [0.5, 1.0, 0.0]));
+    let kinds = closures.kinds();
+    assert_eq!((emission.name(), kinds[emission.kind()].params.len()), ("emission", 0));
+    let params = &kinds[fuzz.kind()].params;
+    let keys: Vec<Option<&str>> = params.iter().map(|p| p.key.as_deref()).collect();
     assert_eq!(keys, [None, None, Some("list"), Some("base")]);
-    assert_eq!(fuzz.arguments[1].value, Some(Value::Float(2.0)));
-    assert_eq!(fuzz.arguments[2].value, Some(Value::Floats(vec![1.0, 0.5])));
-    assert_eq!(fuzz.arguments[3].closure[0].name, "diffuse");
+    let types: Vec<String> = params.iter().map(|p| p.ty.to_string()).collect();
+    assert_eq!(types, ["vector", "float", "float[2]", "closure color"]);
+    assert_eq!((fuzz.triple(0), fuzz.float(1)), (Some([0.0, 0.0, 1.0]), Some(2.0)));
+    assert_eq!((fuzz.float(0), fuzz.triple(1), fuzz.value(9)), (None, None, None));
+    assert_eq!(fuzz.value(2), Some(Value::Floats(vec![1.0, 0.5])));
+    assert_eq!(fuzz.closure(3).map(|inner| inner.name()).collect::<Vec<_>>(), ["diffuse"]);
+    assert!(fuzz.closure(1).next().is_none() && closures.at(2).next().is_none());
     assert!(outputs.closures("other").is_none());
     // No output is named, so closures are not computed.
     let all = Group::new().layer("s", &shader).compile(&[]).unwrap();
-    let outputs = all.run(&Points::new(2).u([0.0, 0.5])).unwrap();
-    assert_eq!((outputs.names(), outputs.closures("Ci")), (vec!["r"], None));
+    let outputs = all.run(&Points::new(2).u(&[0.0, 0.5])).unwrap();
+    assert!(outputs.names() == ["r"] && outputs.closures("Ci").is_none());
 }
 
 #[test]
@@ -270,13 +277,13 @@ fn limits_are_handed_on() {
     assert!(compile(&limited(|limits| limits.reading.layers = 1)).is_err());
     assert!(compile(&limited(|limits| limits.compiling.values = 5)).is_err());
     let program = compile(&limited(|limits| limits.running.point_steps = 100)).unwrap();
-    let stopped = program.run(&Points::new(2).u([0.5, 1.0])).unwrap_err();
+    let stopped = program.run(&Points::new(2).u(&[0.5, 1.0])).unwrap_err();
     assert!(stopped.to_string().contains("takes more than"), "{stopped}");
     // The order to stop reaches a program through any copy.
     let limits = Limits::default();
     let program = compile(&limits).unwrap();
     limits.halt(osl::Halt::Time);
-    assert!(program.run(&Points::new(2).u([0.5, 1.0])).is_err());
+    assert!(program.run(&Points::new(2).u(&[0.5, 1.0])).is_err());
 }
 
 #[test]
@@ -379,7 +386,7 @@ fn programs_compute_in_the_requested_arithmetic() {
     let options = CompileOptions::outputs(&["o"]).arithmetic(Arithmetic::Double);
     let program = group.compile_with(&options).unwrap();
     assert_eq!(program.arithmetic(), Arithmetic::Double);
-    let out = program.run(&Points::new(1).u([1.0])).unwrap();
+    let out = program.run(&Points::new(1).u(&[1.0])).unwrap();
     assert_eq!(out.doubles("o"), Some(vec![1.0 / 3.0]));
     assert_eq!(out.floats("o"), Some(vec![1.0 / 3.0]));
 }
@@ -428,7 +435,7 @@ fn textures_and_documents_come_from_memory() {
     }";
     let shader = shader(text);
     let program = |name: &str| Group::new().layer("s", &shader).param("name", name).compile(&[]).unwrap();
-    let points = Points::new(2).u([0.25, 0.75]).v([0.25, 0.5]);
+    let points = Points::new(2).u(&[0.25, 0.75]).v(&[0.25, 0.5]);
     let memory = Renderer::new(InMemory(Arc::new(files)));
     let given = program("given.png").run_with(&points, &memory, &RunOptions::default()).unwrap();
     assert!(given.messages().is_empty(), "{:?}", given.messages());
@@ -461,7 +468,7 @@ fn an_editor_gets_symbols_of_texts_with_errors() {
 fn components_are_read_without_copies() {
     let text = "shader s(output color c = color(u, 2, 3), output int n = 1) {}";
     let program = Group::new().layer("s", &shader(text)).compile(&[]).unwrap();
-    let out = program.run(&Points::new(2).u([0.5, 1.0])).unwrap();
+    let out = program.run(&Points::new(2).u(&[0.5, 1.0])).unwrap();
     assert_eq!(out.component("c", 0), Some(&[0.5, 1.0][..]));
     assert_eq!(out.component("c", 2), Some(&[3.0; 2][..]));
     assert_eq!((out.component("c", 3), out.component("n", 0)), (None, None));
@@ -472,7 +479,7 @@ fn serialized_groups_are_read_from_memory() {
     let files = MemoryFiles::new().with("a.osl", "shader a(float x = 1, output float o = 0) { o = x * u; }");
     let read = |text: &str| Group::read("g.group", text, &files, &ReadOptions::default());
     let group = read("param float x 2; shader a first; shader a second; connect first.o second.x;").unwrap();
-    let out = group.compile(&["o"]).unwrap().run(&Points::new(1).u([3.0])).unwrap();
+    let out = group.compile(&["o"]).unwrap().run(&Points::new(1).u(&[3.0])).unwrap();
     assert_eq!(out.floats("o"), Some(vec![18.0]));
     let error = read("shader b first;").unwrap_err();
     assert_eq!((error.kind(), error.diagnostics()[0].line_column()), (ErrorKind::Source, (1, 8)));

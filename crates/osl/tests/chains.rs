@@ -75,6 +75,6 @@ fn all_layers_that_are_connected_to_one_parameter_run() {
     let (a, b) = (a.unwrap(), b.unwrap());
     let group = Group::new().layer("a", &a).param("k", 10.0).layer("c", &a).layer("b", &b);
     let program = group.connect("a.f", "b.x").connect("c.f", "b.x").compile(&[]).unwrap();
-    let out = program.run(&Points::new(1).u([0.5])).unwrap();
+    let out = program.run(&Points::new(1).u(&[0.5])).unwrap();
     assert_eq!((out.floats("o"), out.printed()), (Some(vec![1.5]), "10 1 ".to_string()));
 }

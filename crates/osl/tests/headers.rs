@@ -105,7 +105,7 @@ fn wrong_of(header: &str, fields: Fields, more: &str) -> String {
 fn nothing_wrong(text: &str) {
     let shader = Shader::compile("s.osl", text).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let program = Group::new().layer("s", &shader).compile(&[]).unwrap();
-    let out = program.run(&Points::new(3).u([0.25, 0.5, 0.9]).v([0.3, 0.5, 0.8])).unwrap();
+    let out = program.run(&Points::new(3).u(&[0.25, 0.5, 0.9]).v(&[0.3, 0.5, 0.8])).unwrap();
     assert_eq!(out.ints("wrong"), Some(vec![0; 3]), "{}", out.printed());
 }
 

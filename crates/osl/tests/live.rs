@@ -23,12 +23,12 @@ fn shader(text: &str) -> Shader {
     Shader::compile("s.osl", text).unwrap()
 }
 
-fn points() -> Points {
+fn points() -> Points<'static> {
     let count = 300;
     let ramp = |k: f32| -> Vec<f32> { (0..count).map(|i| i as f32 * k).collect() };
     let p: Vec<[f32; 3]> =
         (0..count).map(|i| [i as f32 * 0.1, (i % 7) as f32, (i % 11) as f32 * 0.5]).collect();
-    Points::new(count).u(ramp(0.01)).v(ramp(0.003)).p(&p).uv_derivs(&vec![[0.01, 0.0, 0.0, 0.01]; count])
+    Points::new(count).u(ramp(0.01)).v(ramp(0.003)).p(p).uv_derivs(vec![[0.01, 0.0, 0.0, 0.01]; count])
 }
 
 /// All outputs bit by bit; NaNs have no sign.
@@ -94,7 +94,7 @@ fn layers_have_live_parameters() {
     program.set("x", 7.0).unwrap();
     // The connection provides the value.
     program.set("b.i", 100.0).unwrap();
-    assert_eq!(program.run(&Points::new(1).u([2.0])).unwrap().floats("o"), Some(vec![17.0]));
+    assert_eq!(program.run(&Points::new(1).u(&[2.0])).unwrap().floats("o"), Some(vec![17.0]));
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn live_parameters_are_no_constants() {
     let text = "shader s(float x = 1e-10, output float o = 0, output int known = 0) { o = u / x; known = isconstant(x); }";
     let group = Group::new().layer("s", &shader(text));
     let results = |program: Program| {
-        let out = program.run(&Points::new(1).u([1e38])).unwrap();
+        let out = program.run(&Points::new(1).u(&[1e38])).unwrap();
         (out.floats("o").unwrap()[0], out.ints("known").unwrap()[0])
     };
     assert_eq!(results(group.clone().compile(&[]).unwrap()), (f32::INFINITY, 1));
