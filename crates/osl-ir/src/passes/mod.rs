@@ -20,9 +20,11 @@ mod rewrite;
 mod share;
 mod ssa;
 mod unroll;
+mod weights;
 
 pub use prefilter::{FilterSite, Prefilter};
 pub use primaries::set_primaries;
+pub use weights::closures_as_numbers;
 
 use crate::global::Global;
 use crate::ir::Body;

@@ -37,6 +37,9 @@ use serde::{Serialize, Serializer};
 /// The program of a lowered body without notes. Equal values are computed once, so that a condition about a
 /// value narrows every use of it.
 pub fn subject(mut body: Body, options: &passes::Options) -> Subject {
+    let mut options = options.clone();
+    passes::closures_as_numbers(&mut body, options.outputs.as_mut());
+    let options = &options;
     for pass in [Pass::Ssa, Pass::Slice, Pass::Cse, Pass::Dce] {
         passes::apply(&mut body, pass, options);
     }

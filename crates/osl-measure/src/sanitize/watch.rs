@@ -32,6 +32,9 @@ impl Subject {
     /// The program of a lowered body without notes. Code that no requested output needs is left out, as in a
     /// run.
     pub fn new(mut body: Body, options: &passes::Options) -> Subject {
+        let mut options = options.clone();
+        passes::closures_as_numbers(&mut body, options.outputs.as_mut());
+        let options = &options;
         for pass in [Pass::Ssa, Pass::Slice, Pass::Dce] {
             passes::apply(&mut body, pass, options);
         }

@@ -41,6 +41,8 @@ pub struct Culprit {
     pub error: f64,
     /// The explanation, in words.
     pub why: String,
+    /// Whether it is a numeric event, or a derivative of what jumps, rather than a loss of digits.
+    pub is_event: bool,
     /// The line whose rounding the instruction magnifies, if most of it is from one line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub magnifies: Option<Partner>,
@@ -120,6 +122,7 @@ impl Charge {
             score: self.score,
             error: self.error,
             why: self.why,
+            is_event: !self.is_error,
             magnifies: self.magnifies,
             magnified_by: self.magnified_by,
         })

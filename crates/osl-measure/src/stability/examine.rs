@@ -193,7 +193,11 @@ struct Baseline {
 fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &SourceMap) -> Baseline {
     let (first, given) = measure(subject, &subject.base, grid, Setting::AsGiven, tolerance);
     let blames = largest_error(&first) >= NOTABLE;
-    let found = culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
+    let mut found = culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
+    // Where no line loses digits, an event is all that can have made the error.
+    if blames && found.blamed.is_empty() {
+        found.blamed = std::mem::take(&mut found.noticed);
+    }
     Baseline { first, given, found }
 }
 

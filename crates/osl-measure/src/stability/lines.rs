@@ -8,7 +8,7 @@ use super::instruction::{Blame, INEXACT, InstSite};
 use super::jumps::jumps;
 use super::pairs::{Pairs, Side};
 use super::roundings::{LineKey, LineOf, Roundings};
-use super::subject::{Planes, Subject};
+use super::subject::{Planes, Subject, Swept};
 use super::sweep::{NOTABLE, errors, percent, range};
 use super::trial::Setting;
 use crate::sanitize::{Kind, events_at};
@@ -16,6 +16,7 @@ use crate::trace::Trace;
 use osl_ir::Span;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Number of points with the largest errors that are followed.
@@ -53,14 +54,16 @@ pub fn culprits(
     let line_of = |span: Span| line_key(span, sources);
     let mut sums = Sums::new(subject.limits.running.traces / 2);
     let mut events: [Events; 2] = Default::default();
-    let (mut followed, mut skipped) = ([0, 0], 0);
+    let (mut followed, mut skipped, mut instructions) = ([0_u32, 0], 0, 0);
     for (which, list) in [worst, spread].iter().enumerate() {
         for (x, y) in list {
             let Some(trace) = subject.follow(&subject.base, &points, *x, *y) else {
                 skipped += 1;
                 continue;
             };
-            if which == 0 {
+            if which == 1 {
+                instructions += trace.nodes.len();
+            } else {
                 sums.point(&trace, &output_ranges(&trace, planes), &line_of);
             }
             for event in events_at(&trace, subject.base.written, sources) {
@@ -95,7 +98,14 @@ pub fn culprits(
         let broken = |(place, blame): (&InstSite, &Blame)| place.span == *span && blame.left > 0.0;
         *kind != Kind::Denormal || found.places.iter().any(broken)
     };
-    let [at_worst, at_spread] = events;
+    let [at_worst, mut at_spread] = events;
+    if *setting == Setting::AsGiven
+        && let Some((all, count)) =
+            everywhere(subject, &points, (&at_spread, followed[1], instructions), sources)
+    {
+        (at_spread, followed[1]) = (all, count);
+    }
+    let is_everywhere = followed[1] as usize == grid.width * grid.height;
     for ((span, kind), count) in at_worst {
         let Some(does) = does(kind).filter(|_| harms(&(span, kind))) else { continue };
         if at_spread.contains_key(&(span, kind)) {
@@ -109,7 +119,10 @@ pub fn culprits(
     for ((span, kind), count) in at_spread {
         let Some(does) = does(kind).filter(|_| harms(&(span, kind))) else { continue };
         let share = f64::from(count) / f64::from(followed[1].max(1));
-        let why = format!("{does} at {} of the points", percent(share));
+        let why = match is_everywhere {
+            true => format!("{does} at {} of the points", percent(share)),
+            false => format!("{does} at {count} of {} points of a grid that were followed", followed[1]),
+        };
         noticed.put(Charge::seen(span, kind.name(), share, why), sources);
     }
     if subject.base.differentiates {
@@ -130,6 +143,40 @@ pub fn culprits(
 
 /// How many points have each event.
 type Events = BTreeMap<(Span, Kind), u32>;
+
+/// All points are looked at for events unless they run more instructions than this.
+const EVERYWHERE: usize = 1 << 20;
+
+/// The events of all points, and their number, if some points have events and following all does not take too
+/// long. `seen` are the events of some points, their number and their instructions.
+fn everywhere(
+    subject: &Subject<'_>,
+    points: &Swept,
+    (seen, count, instructions): (&Events, u32, usize),
+    sources: &SourceMap,
+) -> Option<(Events, u32)> {
+    let (width, height) = (points.grid.width, points.grid.height);
+    let needed = instructions.saturating_mul(width * height) / count.max(1) as usize;
+    if seen.is_empty() || needed > EVERYWHERE || subject.is_over() {
+        return None;
+    }
+    let row = |y: usize| {
+        let mut events = Events::default();
+        for x in 0..width {
+            let trace = subject.watch(&subject.base, points, x, y)?;
+            for event in events_at(&trace, subject.base.written, sources) {
+                *events.entry(event).or_default() += 1;
+            }
+        }
+        Some(events)
+    };
+    let rows: Vec<Events> = (0..height).into_par_iter().map(row).collect::<Option<_>>()?;
+    let mut all = Events::default();
+    for (event, count) in rows.into_iter().flatten() {
+        *all.entry(event).or_default() += count;
+    }
+    (!subject.is_over()).then_some((all, (width * height) as u32))
+}
 
 /// The blame of instructions, summed over points.
 struct Sums {

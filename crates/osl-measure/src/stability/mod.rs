@@ -54,7 +54,8 @@ pub struct Report {
     /// How far each sweep is safe, in words.
     pub findings: Vec<Finding>,
     /// The lines to blame for the error at the given setting, in the order in which to look at them. Empty if
-    /// there is nothing to blame: the largest error is below 1e-4 of the range.
+    /// there is nothing to blame: the largest error is below 1e-4 of the range. If the error is larger and no line
+    /// loses digits, these are lines with numeric events.
     pub culprits: Vec<Culprit>,
     /// Lines with numeric events, such as arguments outside of a domain, and derivatives of what jumps, at
     /// the given setting.
@@ -80,10 +81,17 @@ impl Report {
     /// The lists of lines that are not empty.
     fn lists(&self) -> Vec<List<'_>> {
         let lists = [
-            List {
-                title: "Lines to blame, in the order in which to look at them",
-                lines: &self.culprits,
-                are_errors: true,
+            match self.culprits.first().is_some_and(|first| first.is_event) {
+                true => List {
+                    title: "No line loses digits. What to look at: numeric events",
+                    lines: &self.culprits,
+                    are_errors: false,
+                },
+                false => List {
+                    title: "Lines to blame, in the order in which to look at them",
+                    lines: &self.culprits,
+                    are_errors: true,
+                },
             },
             List {
                 title: "Numeric events, such as arguments outside of a domain",

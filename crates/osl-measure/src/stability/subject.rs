@@ -60,6 +60,9 @@ impl Base {
     /// A lowered body, without notes and with them.
     pub fn new(plain: Body, mut noted: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Base {
         let (programs, differentiates) = Programs::new(plain, outputs.as_deref(), limits);
+        let asked = outputs.clone();
+        let mut outputs = outputs;
+        passes::closures_as_numbers(&mut noted, outputs.as_mut());
         let options = options(outputs.as_deref(), limits);
         passes::apply(&mut noted, passes::Pass::Ssa, &options);
         let written = noted.values.len();
@@ -67,7 +70,7 @@ impl Base {
         if let Some(wanted) = &outputs {
             noted.outputs.retain(|o| wanted.contains(&o.name));
         }
-        Base { programs, noted, written, differentiates, outputs }
+        Base { programs, noted, written, differentiates, outputs: asked }
     }
 
     /// The programs of another body with the same outputs.
@@ -102,8 +105,10 @@ pub(super) struct Programs {
 
 impl Programs {
     /// The programs of a lowered body, and whether it uses derivatives.
-    fn new(plain: Body, outputs: Option<&[Arc<str>]>, limits: &Limits) -> (Programs, bool) {
-        let options = options(outputs, limits);
+    fn new(mut plain: Body, outputs: Option<&[Arc<str>]>, limits: &Limits) -> (Programs, bool) {
+        let mut outputs = outputs.map(<[Arc<str>]>::to_vec);
+        passes::closures_as_numbers(&mut plain, outputs.as_mut());
+        let options = options(outputs.as_deref(), limits);
         let strict = stages::finish(plain.clone(), &options);
         let double = passes::Options { arithmetic: Arithmetic::Double, ..options };
         let exact = stages::finish(plain, &double).program;
@@ -190,17 +195,22 @@ impl<'a> Subject<'a> {
 
     /// Follows one point, given by column and row, until the budget for following is used up.
     pub fn follow(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
-        let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
-        let source = OnePoint { source: points, point };
         let running = &self.limits.running;
         let left = running.traces.saturating_sub(self.followed[0].load(Ordering::Relaxed));
         if left == 0 {
             return None;
         }
-        let trace = trace::follow(&base.noted, self.services, source, self.limits);
+        let trace = self.watch(base, points, x, y)?;
         self.followed[0].fetch_add(trace.nodes.len() as u64, Ordering::Relaxed);
         self.followed[1].fetch_add(1, Ordering::Relaxed);
         Some(trace)
+    }
+
+    /// The same without a budget.
+    pub(super) fn watch(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
+        let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
+        let source = OnePoint { source: points, point };
+        Some(trace::follow(&base.noted, self.services, source, self.limits))
     }
 }
 
