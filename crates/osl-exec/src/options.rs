@@ -4,6 +4,7 @@ use crate::message::Keeping;
 use crate::native::Native;
 use osl_limits::Limits;
 use osl_simd::Isa;
+use std::time::Duration;
 
 /// Options of a run.
 #[derive(Clone, Debug)]
@@ -25,8 +26,8 @@ pub struct RunOptions {
     /// Whether the weights of the closures of outputs, summed by name, become planes: a color `Ci.diffuse`
     /// for each name that the program may use, or `Ci` if it uses none.
     pub weights: bool,
-    /// Whether to measure the time of each instruction.
-    pub profile: bool,
+    /// The clock that measures the time of each instruction, if that is wanted: a time of the calling thread.
+    pub profile: Option<fn() -> Duration>,
     /// Whether the steps of each point are counted: the frame has them as its last plane,
     /// [`STEPS`](crate::STEPS).
     pub steps: bool,
@@ -46,7 +47,7 @@ impl Default for RunOptions {
             limits: Limits::default(),
             closures: false,
             weights: false,
-            profile: false,
+            profile: None,
             steps: false,
             native: Native::Recurring,
             keeping: Keeping::default(),

@@ -8,12 +8,18 @@ use osl_ir::Span;
 use std::time::Duration;
 
 /// The counts of a machine, by the marks of its program.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Profile {
     counts: Vec<Count>,
     /// Time of the steps inside the current one.
     inner: Duration,
+    clock: fn() -> Duration,
+    /// How long it takes to read the clock.
+    reading: Duration,
 }
+
+/// So many readings show how long one takes.
+const READINGS: usize = 16;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Count {
@@ -50,19 +56,27 @@ impl ProfileEntry {
 }
 
 impl Profile {
-    pub(crate) fn new(program: &Program) -> Profile {
-        Profile { counts: vec![Count::default(); program.marks.len()], inner: Duration::ZERO }
+    /// No times yet of a program; `clock` measures them.
+    pub(crate) fn new(program: &Program, clock: fn() -> Duration) -> Profile {
+        let times: Vec<Duration> = (0..READINGS).map(|_| clock()).collect();
+        let pairs = times.iter().zip(times.iter().skip(1));
+        let reading = pairs.map(|(a, b)| b.saturating_sub(*a)).min().unwrap_or_default();
+        Profile { counts: vec![Count::default(); program.marks.len()], inner: Duration::ZERO, clock, reading }
     }
 
-    /// A step begins: yields the time of the steps inside the one around it so far, which its end takes back.
-    pub(crate) fn begin(&mut self) -> Duration {
-        std::mem::take(&mut self.inner)
+    /// A step begins: yields the time, and the time of the steps inside the one around it so far, which its end
+    /// takes back.
+    pub(crate) fn begin(&mut self) -> [Duration; 2] {
+        let outer = std::mem::take(&mut self.inner);
+        [(self.clock)(), outer]
     }
 
-    /// Ends a step that took `time` for `lanes` lanes. `outer` is the result of its [`begin`](Self::begin).
-    pub(crate) fn end(&mut self, mark: u32, lanes: u64, time: Duration, outer: Duration) {
-        let own = time.saturating_sub(self.inner);
-        self.inner = outer + time;
+    /// Ends a step that ran for `lanes` lanes. `begun` is the result of its [`begin`](Self::begin).
+    pub(crate) fn end(&mut self, mark: u32, lanes: u64, [start, outer]: [Duration; 2]) {
+        let time = (self.clock)().saturating_sub(start);
+        // A reading falls within the step, and another one within the step around it.
+        let own = time.saturating_sub(self.reading + self.inner);
+        self.inner = outer + time + self.reading;
         if let Some(count) = self.counts.get_mut(mark as usize) {
             count.runs += 1;
             count.lanes += lanes;

@@ -27,6 +27,7 @@ use osl_numeric::Arithmetic;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tile::{Bytes, Piece, Tile, Worker};
 
 /// The name of the plane with the steps of each point, if they are counted.
@@ -218,7 +219,7 @@ impl<'a> Run<'a> {
             }
             said.first = source.pixel(said.first);
         }
-        if !self.options.profile {
+        if self.options.profile.is_none() {
             frame.profile.clear();
         }
         Ok(frame)
@@ -445,7 +446,7 @@ fn gather(
 ) -> Frame {
     let mut kept: Vec<Vec<Columns>> = closures.iter().map(|_| Vec::new()).collect();
     let mut said = Vec::new();
-    let mut profile = Profile::new(program);
+    let mut profile = Profile::new(program, || Duration::ZERO);
     for tile in results {
         tile.profile.iter().for_each(|of_tile| profile.add(of_tile));
         said.push(tile.messages);

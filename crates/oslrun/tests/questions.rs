@@ -115,7 +115,8 @@ const QUESTIONS: [Question; 15] = [
     },
     Question {
         asks: "What does this line cost?",
-        how: "`--profile` measures each line and each instruction. Its first sentence names the line that costs most.",
+        how: "`--profile` measures each line and each instruction. Its first sentence names the line that costs most, \
+              or says which lines are equal within the noise.",
         shader: "cost",
         args: "docs/questions/cost.osl --profile",
         shows: Shows::Timed("Most of the time"),

@@ -130,7 +130,8 @@ impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
         let columns = || Columns::new(work.run.program.closures.clone());
         let closures = work.slots.closures.iter().map(|_| columns()).collect();
         let tile = Tile { closures, ..Tile::default() };
-        self.machine.profile = work.run.options.profile.then(|| Box::new(Profile::new(work.run.program)));
+        self.machine.profile =
+            work.run.options.profile.map(|clock| Box::new(Profile::new(work.run.program, clock)));
         let mut running = Running { area, part, tile };
         let mut at = points.start;
         while at < points.end && index <= work.last.load(Ordering::Relaxed) {

@@ -184,6 +184,11 @@ pub(super) fn run(
         }
     }
     let shaded = shade(programs, &services, &points, (plan, wanted, started), args, &sources)?;
+    let again = || {
+        let again = RunArgs { output: None, ..args.clone() };
+        let wanted = RunRequest { closures, ranges: false, values: true };
+        shade(programs, &services, &points, (plan, wanted, Instant::now()), &again, &sources)
+    };
     let Shaded { frame, run, write, file, tallied, said } = shaded;
     if let Some(reads) = reads {
         reads.textures(&services.textures, []);
@@ -196,6 +201,10 @@ pub(super) fn run(
         let note = if tallied.shows { output::CLOSURES_ALONE } else { output::CLOSURES_NULL };
         let _ = writeln!(err, "note: {note}");
     }
+    let rounds = match &args.profile {
+        Some(_) => profile::rounds(&frame.profile, || again().map(|shaded| shaded.frame.profile))?,
+        None => Vec::new(),
+    };
     let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
     let report = Report {
         sources: &sources,
@@ -238,7 +247,7 @@ pub(super) fn run(
         about.max_error = said.as_ref().and_then(|said| said.max_error.clone());
         about.within = said.as_ref().and_then(|said| said.within);
         if args.profile.is_some() {
-            about.profile = Some(profile::tables(&frame.profile, &sources));
+            about.profile = Some(profile::tables(&rounds, &sources));
         }
     } else {
         histogram::print(&histograms.unwrap_or_default(), out);
@@ -252,10 +261,10 @@ pub(super) fn run(
     let missed = said.as_ref().is_some_and(|said| said.print(args, out, err));
     if let Some(path) = &args.profile {
         if about.is_none() {
-            profile::print(&frame.profile, &sources, err);
+            profile::print(&rounds, &sources, out);
         }
         if let Some(path) = path {
-            profile::write(&frame.profile, &name, &sources, path)?;
+            profile::write(&rounds, &name, &sources, path)?;
             let _ = writeln!(out, "wrote {}", path.display());
         }
     }

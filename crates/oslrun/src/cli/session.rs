@@ -4,6 +4,7 @@
 use super::Failure;
 use super::args::RunArgs;
 use super::load::TextureFiles;
+use super::profile;
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
@@ -78,7 +79,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         isa: args.isa.unwrap_or_else(Isa::detect),
         closures: args.closures,
         weights: true,
-        profile: args.profile.is_some(),
+        profile: args.profile.as_ref().map(|_| profile::CLOCK),
         steps: args.steps,
         ..RunOptions::default()
     }

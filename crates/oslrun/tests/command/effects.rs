@@ -33,7 +33,7 @@ fn profiles_name_instructions_and_lines() {
     let shader =
         "shader s(output float f = 0)\n{\n  for (int i = 0; i < 100 * u; i++)\n    f += noise(P * i);\n}";
     let result = run(dir.path(), shader, &["-g", "32x32", "--profile"]);
-    let told = text(&result.stderr);
+    let told = text(&result.stdout);
     assert!(result.status.success(), "{told}");
     assert!(told.contains("noise.uperlin.3d") && told.contains("s.osl:4"), "{told}");
     for (file, start) in [("time.svg", "<?xml"), ("time.folded", "s;")] {
@@ -51,7 +51,7 @@ fn profiles_name_what_runs_for_each_cell_too() {
     let shader = "shader s(float cells = 2, output float f = 0)\n{\n  point p = floor(P * cells);\n  f = sin(cellnoise(p));\n}";
     for cells in ["cells=2", "cells=1000"] {
         let result = run(dir.path(), shader, &["-g", "64x64", "-p", cells, "--profile"]);
-        let told = text(&result.stderr);
+        let told = text(&result.stdout);
         assert!(told.contains("\nsin "), "{cells}: {told}");
         assert!(told.contains("noise.cell.3d"), "{cells}: {told}");
     }

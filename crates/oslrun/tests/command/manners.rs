@@ -183,10 +183,10 @@ fn profiles_say_which_line_costs_most() {
     let dir = folder();
     let shader = "shader s(output float f = 0)\n{\n    f = u;\n    for (int i = 0; i < 50; i++)\n        f += sin(f * i) * noise(P * i);\n}";
     std::fs::write(dir.path().join("s.osl"), shader).unwrap();
-    let (_, _, err) = run(dir.path(), "s.osl -g 64x64 --profile");
-    let first = err.lines().next().unwrap();
-    assert!(first.starts_with("Most of the time goes to s.osl:5, "), "{err}");
-    assert!(first.ends_with(" %:  f += sin(f * i) * noise(P * i);"), "{err}");
+    let (_, out, _) = run(dir.path(), "s.osl -g 64x64 --profile");
+    let first = out.lines().next().unwrap();
+    assert!(first.starts_with("Most of the time goes to s.osl:5, "), "{out}");
+    assert!(first.ends_with(" %:  f += sin(f * i) * noise(P * i);"), "{out}");
 }
 
 #[test]

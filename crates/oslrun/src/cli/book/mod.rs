@@ -16,7 +16,7 @@ use super::load::{self, LoadedShader, Request};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
 use super::words::{self, Left};
-use super::{Failure, data, info, input, output, repair};
+use super::{Failure, data, info, input, output, profile, repair};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Command};
 use osl::stages;
@@ -218,7 +218,8 @@ fn frame(
     };
     let compiled = stages::finish(body, &passes);
     let keeping = shading::keeping(&loaded.sources);
-    let options = RunOptions { keeping, profile: loaded.tapped.is_empty(), ..options(run) };
+    let options =
+        RunOptions { keeping, profile: loaded.tapped.is_empty().then_some(profile::CLOCK), ..options(run) };
     let job = Run::new(&compiled.program, services, points, &options);
     let bar = progress(points.count() as u64, "points");
     let result = on_threads(run.threads, || job.points(0..points.count(), &|done| bar.at(done as u64)))?;
