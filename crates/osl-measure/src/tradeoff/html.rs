@@ -27,6 +27,11 @@ pub fn html(trade: &Trade, encode: Encode<'_>) -> String {
         trade.repeats,
         name = escape(&trade.name),
     );
+    let _ = write!(page, "<p>{}:</p><ul>", prose(HINT));
+    for line in advice(trade).lines().chain(trade.idle.iter().map(String::as_str)) {
+        let _ = write!(page, "<li>{}</li>", prose(line));
+    }
+    page.push_str("</ul>");
     for output in &trade.outputs {
         let _ = write!(page, "<h2>{}</h2>", escape(&output.name));
         plot(trade, output, &mut page);
@@ -206,12 +211,7 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
             error.largest
         );
     }
-    let _ = write!(page, "</table></div><p>{}:</p><ul>", prose(HINT));
-    let advice = advice(trade, output);
-    for line in advice.lines().chain(trade.idle.iter().map(String::as_str)) {
-        let _ = write!(page, "<li>{}</li>", prose(line));
-    }
-    page.push_str("</ul>");
+    page.push_str("</table></div>");
 }
 
 /// Errors as colors from black over red and yellow to white, by decades: white is 1 or more, black 0.0001 or

@@ -2,7 +2,7 @@
 //! oracle.
 //!
 //! The settings run in turns, round after round, so that a temporary slowdown of the machine affects all of
-//! them; the median time of a setting counts. A report ends in the setting to take for an error. Errors cover
+//! them; the median time of a setting counts. A report names the setting to take for an error. Errors cover
 //! every pixel of the image, with the oracle's standard error subtracted.
 
 mod advice;
