@@ -149,6 +149,27 @@ fn an_error_bound_that_is_missed_is_a_warning_and_an_exit_code() {
     assert_eq!((code, bytes(&folder, "sheet.png").is_empty()), (1, false));
 }
 
+/// Specks that are smaller than a pixel, in few cells: hardly any probe hits one.
+const DUST: &str = "shader dust(output float mask = 0)
+{
+    point p = point(u, v, 0) * 100;
+    point cell = floor(p);
+    if (noise(\"hash\", cell + 31) < 0.012)
+        mask = distance(p, cell + vector(0.5, 0.5, 0)) < 0.2;
+}";
+
+#[test]
+fn a_promise_is_tested_without_statistics_too() {
+    let folder = folder();
+    std::fs::write(folder.path().join("dust.osl"), DUST).unwrap();
+    for more in [&[][..], &["--stats"]] {
+        let args = [&["@/dust.osl", "-g", "512x512", "--max-error", "2%", "-o", "@/a.exr"], more].concat();
+        let (code, _, err) = oslrun(folder.path(), &args);
+        assert_eq!(code, 1, "{err}");
+        assert!(err.contains("% of the compared pixels exceed it, and 0.1 % may"), "{err}");
+    }
+}
+
 #[test]
 fn a_time_gives_the_picture_of_the_samples_that_it_names() {
     let folder = folder();
