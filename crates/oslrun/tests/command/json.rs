@@ -34,7 +34,6 @@ fn every_line_is_an_object() {
         ("a.osl -p none=1", "error"),
         ("a.osl -p index=5 -o a.exr", "error"),
         ("a.osl --stats", "note"),
-        ("a.osl --profile", "note"),
         ("bad.osl", "error"),
         ("check bad.osl none.osl", "error"),
         ("render a.ass -o a.exr", "error"),
