@@ -55,6 +55,11 @@ fn weights_are_those_of_a_run() {
         let (run, mut numbers) = (planes(text, false, None), planes(text, true, None));
         numbers.retain(|(name, _), _| !name.contains("argument"));
         assert!(!run.is_empty());
+        // A component that is only within a layer has no weight of its own.
+        let within = |name: &(String, usize), plane: &Vec<f32>| {
+            !run.contains_key(name) && plane.iter().all(|weight| *weight == 0.0)
+        };
+        numbers.retain(|name, plane| !within(name, plane));
         assert!(run.keys().eq(numbers.keys()), "{text}");
         // The run multiplies the factors of a weight in another order.
         let differs = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-6 * a.abs();
