@@ -9,6 +9,9 @@
     reason = "a test says what must hold"
 )]
 
+#[path = "faults/repairs.rs"]
+mod repairs;
+
 use osl::stages::{self, NoFiles, Options};
 use osl_exec::Services;
 use osl_limits::Limits;

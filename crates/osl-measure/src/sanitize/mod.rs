@@ -14,6 +14,7 @@ mod words;
 
 pub use detect::{DIGITS_LOST, LOST_AT};
 pub use rounding::{Apart, Digits, Rounding, rounding};
+pub(crate) use rounding::{RUNS, alike, needed, numbers};
 pub use watch::{Examined, Points, Subject, sanitize};
 pub(crate) use watch::{events_at, is_written};
 

@@ -7,7 +7,7 @@
 use super::detect::ALL_DIGITS;
 use super::watch::{Points, Subject, nth, stride};
 use crate::quote::Quote;
-use crate::trace::{self, Node, NodeId, OnePoint, Trace, What};
+use crate::trace::{self, Exact, Node, NodeId, OnePoint, Trace, What};
 use osl_exec::Services;
 use osl_ir::Span;
 use osl_ir::ir::Const;
@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Runs of each point: the smallest number for which the method is used.
-const RUNS: usize = 3;
+pub(crate) const RUNS: usize = 3;
 /// Student's t for 95 % and two degrees of freedom.
 const STUDENT: f64 = 4.303;
 /// Points are at most so many; they are spread over the picture.
@@ -226,7 +226,7 @@ fn compare(traces: &[Trace; RUNS]) -> (Vec<String>, Compared) {
 }
 
 /// The number of nodes, from the first one on, that are the same instructions in all runs.
-fn alike(traces: &[Trace; RUNS]) -> usize {
+pub(crate) fn alike(traces: &[Trace; RUNS]) -> usize {
     let [first, others @ ..] = traces;
     let is_same = |at: &usize| {
         let Some(node) = first.nodes.get(*at) else { return false };
@@ -251,9 +251,9 @@ fn parted(traces: &[Trace; RUNS], alike: usize) -> Option<Span> {
     traces[0].nodes.get(at).map(|node| node.span).filter(|span| *span != Span::default())
 }
 
-/// The instruction on the way to a value whose result has most digits fewer than its operands.
-fn dropped(traces: &[Trace; RUNS], ids: &[NodeId]) -> Option<Span> {
-    let nodes = &traces[0].nodes;
+/// Which nodes are on the way to these values.
+pub(crate) fn needed(trace: &Trace, ids: &[NodeId]) -> Vec<bool> {
+    let nodes = &trace.nodes;
     let mut needed = vec![false; nodes.len()];
     let mark = |id: &NodeId, needed: &mut Vec<bool>| {
         if let Some(place) = needed.get_mut(*id as usize) {
@@ -266,6 +266,13 @@ fn dropped(traces: &[Trace; RUNS], ids: &[NodeId]) -> Option<Span> {
             nodes[at].args.iter().for_each(|id| mark(id, &mut needed));
         }
     }
+    needed
+}
+
+/// The instruction on the way to a value whose result has most digits fewer than its operands.
+fn dropped(traces: &[Trace; RUNS], ids: &[NodeId]) -> Option<Span> {
+    let nodes = &traces[0].nodes;
+    let needed = needed(&traces[0], ids);
     let digits = |at: usize| {
         let numbers = traces.each_ref().map(|trace| numbers(trace.nodes.get(at)));
         let own = |spread: Spread| spread.digits(spread.mean.abs());
@@ -294,14 +301,10 @@ fn spreads(numbers: &[Vec<f64>; RUNS]) -> Vec<Spread> {
     a.iter().zip(b).zip(c).map(|((a, b), c)| Spread::of([*a, *b, *c])).collect()
 }
 
-fn numbers(node: Option<&Node>) -> Vec<f64> {
-    match node.and_then(|node| node.strict.as_ref()) {
-        Some(Const::Int(n)) => vec![f64::from(*n)],
-        Some(Const::Float(x)) => vec![f64::from(*x)],
-        Some(Const::Triple(t)) => t.map(f64::from).to_vec(),
-        Some(Const::Matrix(m)) => m.map(f64::from).to_vec(),
-        _ => Vec::new(),
-    }
+/// The numbers of a node in the arithmetic that was followed.
+pub(crate) fn numbers(node: Option<&Node>) -> Vec<f64> {
+    let value = node.and_then(|node| node.strict.as_ref().map(Exact::widen).or_else(|| node.exact.clone()));
+    value.map(|value| value.numbers()).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::Report;
 use super::lines::{BlamedLines, Culprit, culprits};
+use super::oracle::{NotEnough, not_enough};
 use super::subject::{Base, Planes, Subject};
 use super::sweep::{Finding, NOTABLE, measure, percent, sweep};
 use super::trial::{SAFE, Setting, Trial};
@@ -16,9 +17,22 @@ pub struct Knob {
     pub name: String,
     /// Values to try, as on the command line.
     pub values: Vec<String>,
-    /// Values that a user may choose, with which repairs are tested.
+    /// Values that a user may choose, with which repairs are tested; see [`Knob::between`].
     pub near: Vec<String>,
 }
+
+impl Knob {
+    /// Evenly spaced values between two numbers: each hundredth of the range has one.
+    pub fn between([low, high]: [f64; 2], whole: bool) -> Vec<String> {
+        let at = |i: usize| low + (high - low) * (i as f64 + 0.5) / BETWEEN as f64;
+        let mut list: Vec<f64> = (0..BETWEEN).map(at).map(|x| if whole { x.round() } else { x }).collect();
+        list.dedup();
+        list.into_iter().map(|x| x.to_string()).collect()
+    }
+}
+
+/// Number of values between the ends of a parameter's range.
+const BETWEEN: usize = 128;
 
 /// The results of an examination.
 pub struct Examined {
@@ -59,9 +73,10 @@ pub fn examine(
         examined.report.findings.push(finding);
         return examined;
     }
-    let Baseline { first, given, found } = given;
+    let Baseline { first, given, found, not_enough } = given;
     let mut trials = vec![first];
     let mut findings = vec![as_given(&trials[0])];
+    findings.extend(unknown(not_enough.as_ref()));
     let BlamedLines { blamed, noticed, mut skipped } = found;
     let mut beyond: Vec<Culprit> = Vec::new();
     let mut far = None;
@@ -142,6 +157,7 @@ pub fn examine(
         culprits: blamed,
         noticed,
         beyond: once,
+        not_enough,
         not_examined,
         repair: None,
     };
@@ -159,8 +175,13 @@ pub fn examine_given(
     only_given(at_given(subject, grid, tolerance, sources), tolerance, shader)
 }
 
-fn only_given(Baseline { first, given, found }: Baseline, tolerance: f64, shader: &str) -> Examined {
-    let findings = [as_given(&first)].into_iter().chain(not_followed(found.skipped)).collect();
+fn only_given(
+    Baseline { first, given, found, not_enough }: Baseline,
+    tolerance: f64,
+    shader: &str,
+) -> Examined {
+    let findings = [as_given(&first)].into_iter().chain(unknown(not_enough.as_ref()));
+    let findings = findings.chain(not_followed(found.skipped)).collect();
     let report = Report {
         shader: shader.to_string(),
         tolerance,
@@ -169,6 +190,7 @@ fn only_given(Baseline { first, given, found }: Baseline, tolerance: f64, shader
         culprits: found.blamed,
         noticed: found.noticed,
         beyond: Vec::new(),
+        not_enough,
         not_examined: Vec::new(),
         repair: None,
     };
@@ -188,6 +210,7 @@ struct Baseline {
     first: Trial,
     given: Planes,
     found: BlamedLines,
+    not_enough: Option<NotEnough>,
 }
 
 fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &SourceMap) -> Baseline {
@@ -198,7 +221,14 @@ fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &Source
     if blames && found.blamed.is_empty() {
         found.blamed = std::mem::take(&mut found.noticed);
     }
-    Baseline { first, given, found }
+    let not_enough = not_enough(subject, grid, &given, sources);
+    Baseline { first, given, found, not_enough }
+}
+
+/// The sentence about a truth that is none.
+fn unknown(not_enough: Option<&NotEnough>) -> Option<Finding> {
+    let text = not_enough?.text();
+    Some(Finding { sweep: "double precision".to_string(), from: None, limit: None, text })
 }
 
 /// The sentence about points that were not followed.

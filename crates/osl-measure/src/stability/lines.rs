@@ -240,7 +240,7 @@ impl Sums {
 }
 
 /// The line of a place in the sources.
-fn line_key(span: Span, sources: &SourceMap) -> Option<LineKey> {
+pub(super) fn line_key(span: Span, sources: &SourceMap) -> Option<LineKey> {
     let (file, at) = (sources.file_at(span.start)?, sources.place(span)?);
     (span != Span::default()).then_some((file.base, at.line))
 }
@@ -327,7 +327,7 @@ impl Lines {
 }
 
 /// The ranges of the outputs of a trace.
-fn output_ranges(trace: &Trace, planes: &Planes) -> Vec<f64> {
+pub(super) fn output_ranges(trace: &Trace, planes: &Planes) -> Vec<f64> {
     let of = |name: &str| {
         let own = |plane: &String| {
             plane == name || plane.strip_prefix(name).is_some_and(|r| r.starts_with(['.', '[']))
@@ -339,7 +339,7 @@ fn output_ranges(trace: &Trace, planes: &Planes) -> Vec<f64> {
 }
 
 /// The points with the largest errors.
-fn worst(planes: &Planes, grid: &Grid) -> Vec<(usize, usize)> {
+pub(super) fn worst(planes: &Planes, grid: &Grid) -> Vec<(usize, usize)> {
     let mut error = vec![0.0_f64; grid.width * grid.height];
     for plane in 0..planes.names.len() {
         for (sum, e) in error.iter_mut().zip(errors(planes, plane)) {
@@ -352,7 +352,7 @@ fn worst(planes: &Planes, grid: &Grid) -> Vec<(usize, usize)> {
 }
 
 /// Points spread over the image.
-fn spread(grid: &Grid) -> Vec<(usize, usize)> {
+pub(super) fn spread(grid: &Grid) -> Vec<(usize, usize)> {
     let steps = |n: usize| (0..6).map(move |i| (i * n + n / 2) / 6);
     steps(grid.height).flat_map(|y| steps(grid.width).map(move |x| (x, y))).collect()
 }

@@ -5,7 +5,8 @@
 //! says how far they stay right. `blame` follows the error of single points back to the instructions that
 //! made it, `replay` and `roundings` measure what each rounding does to the outputs, `pairs` finds the
 //! instruction that magnifies it on the way, and `repeats` a loop that adds it up; `broken` finds results
-//! that leave the range of floats, and `reduce` knows the functions whose arguments must be small. `lines`
+//! that leave the range of floats, and `reduce` knows the functions whose arguments must be small. `oracle`
+//! tests whether double precision may be the truth. `lines`
 //! sums this up by source line, and `charge` says it. `fix` rewrites the lines to blame and proves what that
 //! is worth. This module must not know the command line; [`text`] and [`html`] format a [`Report`].
 
@@ -20,6 +21,7 @@ pub mod html;
 mod instruction;
 mod jumps;
 mod lines;
+mod oracle;
 mod pairs;
 mod reach;
 mod reduce;
@@ -35,6 +37,7 @@ pub use broken::Broken;
 pub use examine::{Examined, Knob, examine, examine_given};
 pub use instruction::{Blame, InstSite};
 pub use lines::{BlamedLines, Culprit, culprits};
+pub use oracle::NotEnough;
 pub use pairs::Partner;
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};
 pub use sweep::{Finding, measure};
@@ -62,6 +65,9 @@ pub struct Report {
     pub noticed: Vec<Culprit>,
     /// The lines that fail first beyond the ranges in which the points are right.
     pub beyond: Vec<Culprit>,
+    /// What shows that double precision is not the truth as given, if it is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_enough: Option<NotEnough>,
     /// What was not looked at, because the time was over. Which parts these are depends on the machine.
     pub not_examined: Vec<String>,
     /// What was found to repair these lines, if that was requested.

@@ -63,10 +63,11 @@ pub(super) fn not_examined(report: &Report) -> Option<String> {
     })
 }
 
-/// What is said if no line is to blame.
+/// What is said if no line is to blame, unless the truth is not known.
 pub(super) fn nothing(report: &Report) -> Option<&'static str> {
     let is_known = !report.not_examined.iter().any(|part| part == super::examine::LINES);
-    report.culprits.is_empty().then_some(match is_known {
+    let is_none = report.culprits.is_empty() && report.not_enough.is_none();
+    is_none.then_some(match is_known {
         true => "Nothing to blame.",
         false => "The time was over before lines could be blamed.",
     })

@@ -51,6 +51,17 @@ pub fn follow_rounded(
     followed(body, services, point, limits, (Way::Strict, Some(Random::new(run, point.point))))
 }
 
+/// The same in double precision alone.
+pub fn follow_doubled(
+    body: &Body,
+    services: &Services,
+    point: OnePoint<'_>,
+    limits: &Limits,
+    run: u32,
+) -> Trace {
+    followed(body, services, point, limits, (Way::Exact, Some(Random::new(run, point.point))))
+}
+
 fn followed(
     body: &Body,
     services: &Services,
@@ -284,7 +295,11 @@ impl Follower<'_> {
         });
         let exact = way.exact().then(|| {
             let values: Vec<Exact> = nodes.iter().zip(kinds).map(|(n, k)| self.exact(*n, k)).collect();
-            eval(op, &values).unwrap_or_else(|| Exact::of_numbers(result, &[]))
+            let value = eval(op, &values).unwrap_or_else(|| Exact::of_numbers(result, &[]));
+            match self.random {
+                Some(random) => random.double(value, &values),
+                None => value,
+            }
         });
         self.push(What::Lane(op), inst.span, nodes, strict, exact)
     }
@@ -314,7 +329,11 @@ impl Follower<'_> {
         let (strict, exact) = match NoiseCall::of(kernel, &strict_args) {
             Some(call) => (
                 way.strict().then(|| self.noise(&call, &strict_args, &kinds)),
-                way.exact().then(|| call.exact(&exact_args, &kinds)),
+                way.exact().then(|| {
+                    let results = call.exact(&exact_args, &kinds);
+                    let Some(random) = self.random else { return results };
+                    results.into_iter().map(|result| random.double(result, &exact_args)).collect()
+                }),
             ),
             None => {
                 let length =

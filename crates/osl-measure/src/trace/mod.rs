@@ -13,7 +13,7 @@ mod point;
 mod random;
 
 pub use exact::{Exact, eval};
-pub use follow::{follow, follow_rounded};
+pub use follow::{follow, follow_doubled, follow_rounded};
 pub use kernel::noise;
 pub(crate) use kernel::{NoiseCall, run_call};
 pub use point::OnePoint;

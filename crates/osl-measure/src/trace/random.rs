@@ -16,6 +16,9 @@ pub(super) struct Random(u32);
 /// neither of the two is a rounding of the other.
 const JUMP: f64 = 1e-3;
 
+/// Zeros at the end of a double whose last operation was most likely exact.
+const EXACT: u32 = 16;
+
 impl Random {
     /// The choices of a run at a point.
     pub(super) fn new(run: u32, point: usize) -> Random {
@@ -48,6 +51,26 @@ impl Random {
             let is_near = (f64::from(x) - exact).abs() <= JUMP * exact.abs().max(1.0);
             if is_near { ends(x, exact, 0.0) } else { None }
         })
+    }
+
+    /// A result in double precision, or a neighbour. One that ends in zeros is most likely exact, and one that
+    /// is an operand, but for its sign, certainly. Equal results have equal neighbours, so that a comparison
+    /// of a number with itself stays.
+    pub(super) fn double(self, value: Exact, args: &[Exact]) -> Exact {
+        if !matches!(value, Exact::Float(_) | Exact::Triple(_) | Exact::Matrix(_)) {
+            return value;
+        }
+        let given: Vec<f64> = args.iter().flat_map(Exact::numbers).map(f64::abs).collect();
+        let one = |x: f64| {
+            let bits = x.to_bits();
+            if !x.is_finite() || bits.trailing_zeros() >= EXACT || given.contains(&x.abs()) {
+                return x;
+            }
+            let choice = mixed(self.0 ^ mixed(bits as u32 ^ mixed((bits >> 32) as u32)));
+            [x, x, x.next_down(), x.next_up()][(choice >> 30) as usize]
+        };
+        let numbers: Vec<f64> = value.numbers().into_iter().map(one).collect();
+        Exact::of_numbers(value.kind(), &numbers)
     }
 
     /// Chooses one of two ends for each component that has two.

@@ -172,10 +172,20 @@ pub(super) fn load_with_derivs(request: &Request<'_>) -> Result<Body, Failure> {
 }
 
 /// The body of a changed source of the shader that was loaded, with notes or without; `None` if it cannot be
-/// lowered.
-pub(super) fn lowered_again(program: &hir::Program, request: &Request<'_>, notes: bool) -> Option<Body> {
+/// lowered. The `live` parameter is an input.
+pub(super) fn lowered_again(
+    program: &hir::Program,
+    request: &Request<'_>,
+    notes: bool,
+    live: Option<&str>,
+) -> Option<Body> {
+    let mut values = ParamValues::default();
+    for (name, text) in request.params {
+        params::set(program, &mut values, name, text).ok()?;
+    }
+    live.into_iter().for_each(|name| values.make_live(name));
     let requests = Requests { notes, ..requests(Vec::new(), request) };
-    stages::lower_for(program, request.params, &requests).ok()
+    osl_lower::lower_for(program, &values, &requests).ok()
 }
 
 /// The body of a loaded shader in which these parameters, with their first values, are inputs; and the names

@@ -100,7 +100,7 @@ pub(super) fn lod(args: &LodArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let build = |text: &str| {
         let checked = check(text);
         let program = checked.program?;
-        let plain = load::lowered_again(&program, &request, false)?;
+        let plain = load::lowered_again(&program, &request, false, None)?;
         Some(Built { program, sources: checked.sources, plain, noted: None })
     };
     let program = check(&input.text).program.ok_or_else(Failure::said)?;

@@ -234,6 +234,72 @@ fn a_repair_does_no_harm_with_other_values() {
     assert_eq!(name(&[]).as_deref(), Some("conjugate by sign"));
 }
 
+/// Writes a shader, looks for a repair and saves it: the exit code, the report, the messages, and the saved text.
+fn saved(text: &str) -> (i32, String, String, Option<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, fixed] = ["s.osl", "fixed.osl"].map(|name| folder.path().join(name));
+    std::fs::write(&file, text).unwrap();
+    let [file, fixed] = [file, fixed].map(|path| path.display().to_string());
+    let args = ["stability", &file, "--fix", "--write", &fixed, "--budget", "600"];
+    let (code, out, err) = oslrun(&args);
+    (code, out, err, std::fs::read_to_string(&fixed).ok())
+}
+
+/// The sum of the exponents leaves the power without the factor that kept the product finite.
+#[test]
+fn a_repair_makes_nothing_infinite() {
+    let (code, out, err, text) = saved(
+        "shader s(output float r = 0)\n{\n    float x = 55 + 10 * u;\n    float k = 60;\n    \
+         r = pow(x, k) * exp(-x) / pow(60.0, k) * exp(60.0);\n}\n",
+    );
+    assert!(out.contains("No repair (as given)") && text.is_none(), "{out}{err}");
+    assert_eq!(code, 0, "{err}");
+}
+
+/// An output that is wrong everywhere hides no harm to another one.
+#[test]
+fn a_repair_is_judged_by_each_output() {
+    let shader = |more: &str, phase: &str| {
+        format!(
+            "shader s(float b = 2000, output float root = 0{more})\n{{\n    float c = 1 + u;\n    \
+             float disc = b * b - 4 * c;\n    float r = (sqrt(disc) - b) / 2;\n    root = r * b;\n{phase}}}\n"
+        )
+    };
+    let (code, out, err, text) = saved(&shader("", ""));
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(text.is_some_and(|text| text.contains("b > 0 ? ")), "{out}");
+    let (code, out, err, text) =
+        saved(&shader(", output float phase = 0", "    phase = mod(r * b * 600, 1);\n"));
+    match text {
+        Some(text) => assert!(text.contains("b > 0 ? "), "{text}"),
+        None => {
+            assert!(code == 1 && err.contains("is not written: the repair makes points worse"), "{out}{err}")
+        }
+    }
+}
+
+/// A recurrence of J.-M. Muller: every arithmetic with rounding ends at 100, and the limit is 6.
+#[test]
+fn double_precision_is_not_always_the_truth() {
+    let text = "shader s(float gain = 0.75, output float r = 0)\n{\n    float a = 2 + 0.0 * u;\n    \
+                float b = -4;\n    for (int i = 0; i < 24; ++i) {\n        \
+                float c = 111 - 1130 / b + 3000 / (a * b);\n        a = b;\n        b = c;\n    }\n    \
+                r = gain * (b + 0.1 * u);\n}\n";
+    let (code, out, err, saved) = saved(text);
+    let says = "double precision is not enough here, so that these errors are not known: ";
+    assert!(out.contains(says) && out.contains("s.osl:6, `") && !out.contains("Nothing to"), "{out}");
+    assert!(code == 1 && saved.is_none() && err.contains("double precision is not enough"), "{err}");
+    let folder = tempfile::tempdir().unwrap();
+    let [file, page] = ["s.osl", "s.html"].map(|name| folder.path().join(name).display().to_string());
+    std::fs::write(&file, text).unwrap();
+    let (_, out, err) = oslrun(&["stability", &file, "--json", "--html", &page, "--budget", "600"]);
+    let json = out.lines().filter(|line| !line.starts_with("wrote ")).collect::<Vec<_>>().join("\n");
+    let value: serde_json::Value = serde_json::from_str(&json).expect(&err);
+    assert_eq!(value["not_enough"]["place"]["line"], 6, "{value}");
+    let page = std::fs::read_to_string(&page).unwrap();
+    assert!(page.contains(&says[1..]) && !page.contains("Nothing to blame"), "{page}");
+}
+
 #[test]
 fn a_repair_goes_through_functions_and_leaves_nothing_unused() {
     let folder = tempfile::tempdir().unwrap();

@@ -2,9 +2,10 @@
 //!
 //! `candidates` and `loops` find the places where a known rewrite matches (`rows` is the table of them), and
 //! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the
-//! original source in double precision, computes the same function there, leaves right what was right (also
-//! with other values of the parameters: `variants`), and costs less than 1.2 times. `search` adds others to
-//! the best rewrite if one is not enough. This module must not write files.
+//! original source in double precision, computes the same function there, leaves right what was right (each
+//! component of each output by itself: `reference`; also with other values of the parameters: `variants`), and
+//! costs less than 1.2 times, or 1.5 times if the error falls more than a thousandfold. `search` adds others
+//! to the best rewrite if one is not enough. [`check`] repeats all tests. This module must not write files.
 
 mod candidates;
 mod components;
@@ -14,6 +15,7 @@ mod leftover;
 mod loops;
 mod matching;
 mod polynomial;
+mod reference;
 mod rows;
 mod search;
 pub(crate) mod source;
@@ -23,7 +25,7 @@ mod variance;
 mod variants;
 mod writing;
 
-pub use judge::Errors;
+pub use reference::Errors;
 
 use super::examine::{Examined, Knob};
 use super::subject::Subject;
@@ -55,7 +57,8 @@ pub struct Changed<'a> {
     pub text: &'a str,
     /// Whether the body with notes is needed.
     pub notes: bool,
-    /// A parameter with another value than the given one, as on the command line.
+    /// A parameter with another value than the given one, as on the command line. It becomes the only input
+    /// of the body, so that further values need no compilation.
     pub param: Option<(&'a str, &'a str)>,
 }
 
@@ -103,9 +106,11 @@ pub struct Repair {
     pub doubt: f64,
     /// Rewrites that help as much, but cost too much: the best one.
     pub dear: Option<Step>,
-    /// A rewrite that helps at the given values, with the parameter and the value at which it makes points
-    /// wrong that were right.
-    pub harmful: Option<(Step, (String, String))>,
+    /// A rewrite that helps at the given values, with the option of the command line or the value of a
+    /// parameter, as `b = -2`, at which it makes points wrong that were right.
+    pub harmful: Option<(Step, String)>,
+    /// The test that the repaired source as a whole fails. It then has no text.
+    pub refused: Option<String>,
     /// The best rewrite that does not help enough, with how many times smaller its error is.
     pub nearly: Option<(Step, f64)>,
     /// Number of rewrites that were tried.
@@ -131,16 +136,11 @@ pub fn repair(
     (text, program): (&str, &Program),
     build: &Build<'_>,
 ) -> Repair {
-    let mut settings = vec![Setting::AsGiven];
-    settings.extend(examined.beyond.iter().cloned());
-    let blamed = |setting: &Setting| -> Vec<u32> {
-        let name = setting.text();
-        let list =
-            if *setting == Setting::AsGiven { &examined.report.culprits } else { &examined.report.beyond };
-        worst_lines(list.iter().filter(|culprit| culprit.setting == name))
-    };
-    let settings: Vec<(Setting, Vec<u32>)> =
-        settings.into_iter().map(|setting| (setting.clone(), blamed(&setting))).collect();
+    if examined.report.not_enough.is_some() {
+        let why = "double precision is not enough here to judge a repair".to_string();
+        return Repair { refused: Some(why), ..nothing(&Setting::AsGiven.text()) };
+    }
+    let settings = settings(examined);
     let variants = Variants::new((subject, grid), knobs, text);
     let mut last: Option<Repair> = None;
     for index in 0..settings.len() {
@@ -169,6 +169,38 @@ pub fn repair(
     Repair { cut_short, ..last.unwrap_or_else(|| nothing("as given")) }
 }
 
+/// The given setting and those just beyond the right ranges, with the lines that are blamed there.
+fn settings(examined: &Examined) -> Vec<(Setting, Vec<u32>)> {
+    let mut settings = vec![Setting::AsGiven];
+    settings.extend(examined.beyond.iter().cloned());
+    let blamed = |setting: &Setting| -> Vec<u32> {
+        let name = setting.text();
+        let list =
+            if *setting == Setting::AsGiven { &examined.report.culprits } else { &examined.report.beyond };
+        worst_lines(list.iter().filter(|culprit| culprit.setting == name))
+    };
+    settings.into_iter().map(|setting| (setting.clone(), blamed(&setting))).collect()
+}
+
+/// Tests whether a changed text is a repair of the given setting of a shader with this text: all that
+/// [`repair`] requires of one.
+///
+/// # Errors
+/// The test that fails, in words.
+pub fn check(
+    subject: &Subject<'_>,
+    grid: &Grid,
+    examined: &Examined,
+    knobs: &[Knob],
+    (text, changed): (&str, &str),
+    build: &Build<'_>,
+) -> Result<(), String> {
+    let settings = settings(examined);
+    let lines: Vec<u32> = settings.iter().flat_map(|(_, lines)| lines.iter().copied()).collect();
+    let judge = Judge::new(subject, grid, &settings).ok_or("it does not run to its end")?;
+    search::check(&judge, &Variants::new((subject, grid), knobs, text), (changed, &lines), build)
+}
+
 fn nothing(setting: &str) -> Repair {
     Repair {
         setting: setting.to_string(),
@@ -177,6 +209,7 @@ fn nothing(setting: &str) -> Repair {
         doubt: 0.0,
         dear: None,
         harmful: None,
+        refused: None,
         nearly: None,
         tried: 0,
         not_tried: 0,

@@ -9,7 +9,8 @@ use super::super::subject::Subject;
 use super::super::sweep::{self, NOTABLE};
 use super::super::trial::Setting;
 use super::candidates::{Candidate, candidates};
-use super::judge::{Bad, DEAR, Errors, Good, Judge};
+use super::judge::{Bad, Good, Judge};
+use super::reference::Errors;
 use super::source::Source;
 use super::variants::Variants;
 use super::{Build, Built, Changed, Repair, Step, leftover, loops, nothing, variance};
@@ -46,7 +47,7 @@ pub(super) struct Search<'a> {
 struct RewriteOutcome {
     best: Option<(Candidate, Good)>,
     dear: Option<(Candidate, Good)>,
-    harmful: Option<(Candidate, Good, (String, String))>,
+    harmful: Option<(Candidate, Good, String)>,
     nearly: Option<(Candidate, f64)>,
     /// Those that change little by themselves, with the errors.
     neutral: Vec<(Candidate, Errors)>,
@@ -108,7 +109,14 @@ impl Search<'_> {
         }
         let gain = before.gain(&now);
         if gain >= ENOUGH {
-            repair.text = Some(self.tidied(&original, text, &now));
+            let text = self.tidied(&original, text, &now);
+            let lines = touched.unwrap_or_default();
+            repair.refused = check(&self.judge, self.variants, (&text, &lines), self.build).err();
+            if repair.refused.is_some() {
+                repair.steps.clear();
+            } else {
+                repair.text = Some(text);
+            }
             repair.dear = None;
             repair.harmful = None;
             repair.nearly = None;
@@ -180,10 +188,10 @@ impl Search<'_> {
             }
             out.tried += 1;
             let Some(built) = (self.build)(&Changed::plain(&candidate.text)) else { continue };
-            let programs = self.subject.base.programs_of(built.plain, self.subject.limits);
+            let programs = self.judge.programs_of(built.plain);
             let own: Vec<u32> = candidate.lines.iter().copied().collect();
             match self.judge.judge(&programs, touched.unwrap_or(&own), now) {
-                Ok(good) if good.cost < DEAR => passed.push((candidate, good)),
+                Ok(good) if good.is_worth_it(&self.judge.before()) => passed.push((candidate, good)),
                 Ok(good) => {
                     let is_enough = now.gain(&good.errors) >= ENOUGH;
                     let is_best = out.dear.as_ref().is_none_or(|(_, other)| good.cost < other.cost);
@@ -202,6 +210,19 @@ impl Search<'_> {
                 Err(Bad::Stops | Bad::Harms | Bad::Differs) => {}
             }
         }
+        // What costs more is the choice only if nothing else is enough.
+        let (dear, cheap): (Vec<_>, Vec<_>) = passed.into_iter().partition(|(_, good)| good.is_dear());
+        for list in [cheap, dear] {
+            let is_enough = |(_, good): &(Candidate, Good)| now.gain(&good.errors) >= ENOUGH;
+            if !out.best.as_ref().is_some_and(is_enough) {
+                self.tested(list, now, &mut out);
+            }
+        }
+        out
+    }
+
+    /// Chooses the best of the rewrites that also pass the tests on other points and with other values.
+    fn tested(&self, mut passed: Vec<(Candidate, Good)>, now: &Errors, out: &mut RewriteOutcome) {
         for _ in 0..TESTS {
             let best = (0..passed.len()).reduce(|a, b| {
                 let (best, other) = (&passed[a], &passed[b]);
@@ -213,13 +234,13 @@ impl Search<'_> {
                     out.best = Some((candidate, good));
                     break;
                 }
+                Some(_) if self.subject.is_over() => break,
                 Some(at) if now.gain(&good.errors) >= ENOUGH && out.harmful.is_none() => {
                     out.harmful = Some((candidate, good, at));
                 }
                 Some(_) => {}
             }
         }
-        out
     }
 
     /// A repaired text without the declarations that the repair leaves without use.
@@ -231,7 +252,7 @@ impl Search<'_> {
                 break;
             };
             let Some(built) = (self.build)(&Changed::plain(&shorter)) else { break };
-            let programs = self.subject.base.programs_of(built.plain, self.subject.limits);
+            let programs = self.judge.programs_of(built.plain);
             if !self.judge.has_errors(&programs, now) {
                 break;
             }
@@ -254,6 +275,28 @@ impl Search<'_> {
             .any(|plane| sweep::errors(&planes, plane).into_iter().any(|error| error >= NOTABLE));
         let found = culprits(&subject, self.grid, &self.setting, &planes, &built.sources, is_notable);
         worst_lines(found.blamed.iter())
+    }
+}
+
+/// Tests a changed text as a whole, by the lines that it changes: the test that fails, in words.
+pub(super) fn check(
+    judge: &Judge<'_>,
+    variants: &Variants<'_>,
+    (text, lines): (&str, &[u32]),
+    build: &Build<'_>,
+) -> Result<(), String> {
+    let built = build(&Changed::plain(text)).ok_or("it does not compile")?;
+    let (before, programs) = (judge.before(), judge.programs_of(built.plain));
+    let good = judge.judge(&programs, lines, &before).map_err(|bad| bad.text().to_string())?;
+    if before.gain(&good.errors) < ENOUGH {
+        return Err("it helps too little".to_string());
+    }
+    if !good.is_worth_it(&before) {
+        return Err("it costs too much".to_string());
+    }
+    match variants.harmed_by(text, build) {
+        Some(at) => Err(format!("with `{at}`, points become worse or are not known")),
+        None => Ok(()),
     }
 }
 

@@ -7,6 +7,10 @@ use std::fmt::Write;
 /// The text of a repair: its rewrites with their figures, then the diff. Where nothing helps, it says so.
 pub fn text(repair: &Repair, shader: &str) -> String {
     let mut out = String::new();
+    if let Some(why) = &repair.refused {
+        let _ = writeln!(out, "\nNo repair ({}): {why}.", repair.setting);
+        return out;
+    }
     let Some(before) = repair.before else {
         let said = if repair.cut_short {
             "No repair was looked for: the time was over."
@@ -65,8 +69,8 @@ fn none(repair: &Repair, shader: &str, out: &mut String) {
         0 => writeln!(out, "\nNo repair ({}): no known rewrite matches the lines to blame.", repair.setting),
         n => writeln!(
             out,
-            "\nNo repair ({}): {}, and none cuts the error tenfold, keeps what is right and costs less than \
-             1.2 times.",
+            "\nNo repair ({}): {}, and none cuts the error tenfold, keeps what is right and costs \
+             little enough.",
             repair.setting,
             if n == 1 {
                 "one known rewrite matches the lines to blame".to_string()
@@ -81,11 +85,11 @@ fn none(repair: &Repair, shader: &str, out: &mut String) {
         if let Some(before) = &repair.before {
             let _ = writeln!(out, "  = {}", change(before, &step.errors));
         }
-    } else if let Some((step, (name, value))) = &repair.harmful {
+    } else if let Some((step, at)) = &repair.harmful {
         let _ = writeln!(
             out,
-            "\nThis one helps with the given values, but with `{name} = {value}` it makes points worse: to more than \
-             twice the error that the original has there:"
+            "\nThis one helps with the given values, but with `{at}` it makes points worse: to more than twice \
+             the error that the original has there, or to what is no finite number:"
         );
         rewrite(shader, step, out);
         if let Some(before) = &repair.before {

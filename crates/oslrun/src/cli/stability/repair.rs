@@ -42,8 +42,10 @@ pub(super) fn find(
         let mut params = request.params.to_vec();
         params.extend(changed.param.map(|(name, value)| (name.to_string(), value.to_string())));
         let request = Request { params: &params, ..*request };
-        let plain = load::lowered_again(&program, &request, false)?;
-        let noted = if changed.notes { Some(load::lowered_again(&program, &request, true)?) } else { None };
+        let live = changed.param.map(|(name, _)| name);
+        let lower = |notes| load::lowered_again(&program, &request, notes, live);
+        let plain = lower(false)?;
+        let noted = if changed.notes { Some(lower(true)?) } else { None };
         Some(Built { program, sources: checked.sources, plain, noted })
     };
     let program = check(&input.text).program.ok_or_else(Failure::said)?;
@@ -60,16 +62,22 @@ pub(super) fn text(found: &Repair, run: &RunArgs) -> String {
     shown(&fix::text::text(found, &name)).to_string()
 }
 
-/// Writes the repaired source, if there is one and a file is named.
+/// Writes the repaired source, if there is one and a file is named. A repair that fails a test is an error.
 pub(super) fn write(found: &Repair, run: &RunArgs, err: &mut dyn Write) -> Result<(), Failure> {
     let Some(path) = &run.write else { return Ok(()) };
     let name = path.display().to_string();
-    match &found.text {
-        Some(text) => {
+    let failed = match (&found.refused, &found.harmful) {
+        (Some(why), _) => Some(why.clone()),
+        (None, Some((_, at))) => Some(format!("the repair makes points worse with `{at}`")),
+        (None, None) => found.cut_short.then(|| "the time was over (--budget)".to_string()),
+    };
+    match (&found.text, failed) {
+        (Some(text), _) => {
             osl_files::replace(path, text.as_bytes()).map_err(Failure::new)?;
             let _ = writeln!(err, "wrote {}", shown(&name));
         }
-        None => {
+        (None, Some(why)) => return Err(Failure::new(format!("{} is not written: {why}", shown(&name)))),
+        (None, None) => {
             let _ = writeln!(err, "note: there is no repair, so {} is not written", shown(&name));
         }
     }
