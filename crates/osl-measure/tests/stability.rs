@@ -201,6 +201,40 @@ fn the_line_that_forms_a_large_argument_comes_before_the_function_that_repeats()
     assert_eq!(lines_of(text).0, [4, 3]);
 }
 
+/// Chaos, Rump's polynomial and Muller's recurrence need more digits than double precision has; iterations that
+/// converge do not, though their last corrections have no right digit.
+#[test]
+fn double_precision_is_tested() {
+    let not_enough = |lines: &str| {
+        let text = format!("shader s(output float r = 0)\n{{\n    float a = 1 + u;\n    {lines}\n}}\n");
+        let examined = lines_of(&text).1;
+        let told = stability::text::text(&examined.report, false);
+        assert_eq!(
+            told.contains("double precision is not enough here"),
+            examined.report.not_enough.is_some()
+        );
+        assert!(examined.report.not_enough.is_none() || !told.contains("Nothing to blame"), "{told}");
+        examined.report.not_enough.map(|found| (found.error >= 1e-4, found.place.map(|place| place.line)))
+    };
+    let chaos = "float x = 0.3 * a;\nfor (int i = 0; i < 80; i++) x = 3.9 * x * (1 - x);\nr = x;";
+    assert_eq!(not_enough(chaos), Some((true, Some(5))));
+    let rump = "float x = 77617 + 0 * u, b = 33096;\nr = 333.75 * pow(b, 6) + x * x * (11 * x * x * b * b - \
+                pow(b, 6) - 121 * pow(b, 4) - 2) + 5.5 * pow(b, 8) + x / (2 * b) + u;";
+    assert_eq!(not_enough(rump), Some((true, Some(5))));
+    let muller = "float p = 2 + 0 * u, q = -4;\nfor (int i = 0; i < 24; i++) {\nfloat next = 111 - 1130 / q + 3000 / \
+                  (p * q);\np = q;\nq = next;\n}\nr = q + u;";
+    assert_eq!(not_enough(muller), Some((false, Some(6))));
+    for innocent in [
+        "float x = 2; for (int i = 0; i < 12; i++) x = 0.5 * (x + a / x); r = x;",
+        "float p = 1, q = 2; for (int i = 0; i < 12; i++) { float f = p * p - a, g = q * q - a; float d = g - f; \
+         float x = d != 0 ? q - g * (q - p) / d : q; p = q; q = x; } r = q;",
+        "float z = (a * 1.1 - a) - a * 0.1; r = 1 + z / (z * z + 1e-3);",
+        "r = floor(a * 8) / 8 + (a * 3 > 4.5 ? 1 : 0) + noise(P * 9) + cellnoise(u * 8, v * 8);",
+    ] {
+        assert_eq!(not_enough(innocent), None, "{innocent}");
+    }
+}
+
 /// What follows from an infinite or vanished operand is not the fault of the later line.
 #[test]
 fn the_line_that_leaves_the_range_of_floats_first_is_blamed_first() {

@@ -24,6 +24,9 @@ use std::collections::BTreeMap;
 /// The relative distance of the runs at which a number has no right digit.
 const NO_DIGIT: f64 = 0.5;
 
+/// The part of the budget for following points that these runs may take besides.
+const SHARE: u64 = 8;
+
 /// The relative distance that rounding alone makes in double precision.
 const ROUNDING: f64 = 1e-16;
 
@@ -64,8 +67,8 @@ impl NotEnough {
 /// The digits that a line loses, and the place in it that loses most.
 type Lost = BTreeMap<LineKey, (f64, (f64, Span))>;
 
-/// Compares runs at the points with the largest errors and at others. `None` if double precision is enough, or
-/// if no point could be followed.
+/// Compares runs at the points with the largest errors and at others. `None` if double precision is enough,
+/// or if no point could be followed.
 pub(super) fn not_enough(
     subject: &Subject<'_>,
     grid: &Grid,
@@ -75,10 +78,14 @@ pub(super) fn not_enough(
     let points = Setting::AsGiven.points(grid);
     let mut found = NotEnough { points: 0, followed: 0, error: 0.0, place: None };
     let mut lost = Lost::new();
+    let mut budget = subject.limits.running.traces / SHARE;
     for (x, y) in worst(planes, grid).into_iter().take(WORST / 3).chain(spread(grid)) {
         let run = |run| subject.follow_doubled(&points, (x, y), run);
         let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(run) else { break };
         let traces = [a, b, c];
+        let nodes = traces.iter().map(|trace| trace.nodes.len() as u64).sum();
+        let Some(left) = budget.checked_sub(nodes) else { break };
+        budget = left;
         if traces.iter().any(|trace| trace.cut) {
             continue;
         }
@@ -125,13 +132,15 @@ fn distance([a, b, c]: &[Vec<f64>; RUNS]) -> f64 {
     a.iter().zip(b).zip(c).map(one).fold(0.0, f64::max)
 }
 
-/// Whether a divisor that the outputs need has no right digit, so that the quotient has none either; and the
-/// digits that each line loses.
+/// Whether a divisor that the outputs need has no right digit, and a sum with the quotient has none either;
+/// and the digits that each line loses. The last correction of an iteration that converges is such a
+/// quotient, but the sum with it is right.
 fn losses(traces: &[Trace; RUNS], sources: &SourceMap) -> (bool, Lost) {
     let [first, ..] = traces;
     let outputs: Vec<NodeId> = first.outputs.iter().flat_map(|(_, _, ids)| ids.iter().copied()).collect();
     let needed = needed(first, &outputs);
     let mut shares: Vec<f64> = Vec::new();
+    let mut spoilt = vec![false; first.nodes.len()];
     let (mut is_broken, mut lost) = (false, Lost::new());
     for (at, node) in first.nodes.iter().enumerate().take(alike(traces)) {
         let values = traces.each_ref().map(|trace| numbers(trace.nodes.get(at)));
@@ -143,9 +152,12 @@ fn losses(traces: &[Trace; RUNS], sources: &SourceMap) -> (bool, Lost) {
         if needed.get(at) != Some(&true) || own == 0.0 {
             continue;
         }
-        if matches!(node.what, What::Lane(LaneOp::FDiv | LaneOp::FDivBy)) {
-            let divisor = node.args.get(1).map_or(0.0, of);
-            is_broken |= divisor > NO_DIGIT && own > NO_DIGIT;
+        let is_spoilt = |id: &NodeId| spoilt.get(*id as usize) == Some(&true);
+        let divides = matches!(node.what, What::Lane(LaneOp::FDiv | LaneOp::FDivBy));
+        let by_nothing = divides && node.args.get(1).is_some_and(|id| of(id) > NO_DIGIT);
+        if own > NO_DIGIT && (by_nothing || node.args.iter().any(is_spoilt)) {
+            spoilt[at] = true;
+            is_broken |= matches!(node.what, What::Lane(LaneOp::FAdd | LaneOp::FSub));
         }
         let given = node.args.iter().map(of).fold(ROUNDING, f64::max);
         if own > given

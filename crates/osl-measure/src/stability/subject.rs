@@ -195,27 +195,14 @@ impl<'a> Subject<'a> {
 
     /// Follows one point, given by column and row, until the budget for following is used up.
     pub fn follow(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
-        self.followed(points, (x, y), &|point| trace::follow(&base.noted, self.services, point, self.limits))
-    }
-
-    /// The same for the shader as given in double precision, where results are rounded up or down by chance.
-    pub(super) fn follow_doubled(&self, points: &Swept, at: (usize, usize), run: u32) -> Option<Trace> {
-        let (body, services, limits) = (&self.base.noted, self.services, self.limits);
-        self.followed(points, at, &|point| trace::follow_doubled(body, services, point, limits, run))
-    }
-
-    fn followed(
-        &self,
-        points: &Swept,
-        (x, y): (usize, usize),
-        follow: &dyn Fn(OnePoint<'_>) -> Trace,
-    ) -> Option<Trace> {
         let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
-        let left = self.limits.running.traces.saturating_sub(self.followed[0].load(Ordering::Relaxed));
+        let source = OnePoint { source: points, point };
+        let running = &self.limits.running;
+        let left = running.traces.saturating_sub(self.followed[0].load(Ordering::Relaxed));
         if left == 0 {
             return None;
         }
-        let trace = follow(OnePoint { source: points, point });
+        let trace = trace::follow(&base.noted, self.services, source, self.limits);
         self.followed[0].fetch_add(trace.nodes.len() as u64, Ordering::Relaxed);
         self.followed[1].fetch_add(1, Ordering::Relaxed);
         Some(trace)
@@ -226,6 +213,14 @@ impl<'a> Subject<'a> {
         let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
         let source = OnePoint { source: points, point };
         Some(trace::follow(&base.noted, self.services, source, self.limits))
+    }
+
+    /// Follows a point of the shader as given in double precision, where results are rounded up or down by
+    /// chance. It does not count.
+    pub(super) fn follow_doubled(&self, points: &Swept, (x, y): (usize, usize), run: u32) -> Option<Trace> {
+        let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
+        let source = OnePoint { source: points, point };
+        Some(trace::follow_doubled(&self.base.noted, self.services, source, self.limits, run))
     }
 }
 

@@ -221,8 +221,10 @@ impl Search<'_> {
         out
     }
 
-    /// Chooses the best of the rewrites that also pass the tests on other points and with other values.
+    /// Chooses the best of the rewrites that also pass the tests on other points and with other values. If
+    /// none does, the best one may be the first of several, which are tested together.
     fn tested(&self, mut passed: Vec<(Candidate, Good)>, now: &Errors, out: &mut RewriteOutcome) {
+        let mut first = None;
         for _ in 0..TESTS {
             let best = (0..passed.len()).reduce(|a, b| {
                 let (best, other) = (&passed[a], &passed[b]);
@@ -232,15 +234,19 @@ impl Search<'_> {
             match self.variants.harmed_by(&candidate.text, self.build) {
                 None => {
                     out.best = Some((candidate, good));
-                    break;
+                    return;
                 }
-                Some(_) if self.subject.is_over() => break,
+                Some(_) if self.subject.is_over() => return,
+                Some(_) if self.judge.before().gain(&good.errors) < ENOUGH => {
+                    first.get_or_insert((candidate, good));
+                }
                 Some(at) if now.gain(&good.errors) >= ENOUGH && out.harmful.is_none() => {
                     out.harmful = Some((candidate, good, at));
                 }
                 Some(_) => {}
             }
         }
+        out.best = out.best.take().or(first);
     }
 
     /// A repaired text without the declarations that the repair leaves without use.
