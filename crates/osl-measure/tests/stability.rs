@@ -201,8 +201,8 @@ fn the_line_that_forms_a_large_argument_comes_before_the_function_that_repeats()
     assert_eq!(lines_of(text).0, [4, 3]);
 }
 
-/// Chaos, Rump's polynomial and Muller's recurrence need more digits than double precision has; iterations that
-/// converge do not, though their last corrections have no right digit.
+/// Chaos, Rump's polynomial and Muller's recurrence need more digits than double precision has; iterations
+/// that converge do not, though their last corrections have no right digit.
 #[test]
 fn double_precision_is_tested() {
     let not_enough = |lines: &str| {

@@ -53,9 +53,9 @@ impl Random {
         })
     }
 
-    /// A result in double precision, or a neighbour. One that ends in zeros is most likely exact, and one that
-    /// is an operand, but for its sign, certainly. Equal results have equal neighbours, so that a comparison
-    /// of a number with itself stays.
+    /// A result in double precision, or a neighbour. One that ends in zeros is most likely exact, and one
+    /// that is an operand, except for its sign, certainly. Equal results have equal neighbours, so that a
+    /// comparison of a number with itself stays.
     pub(super) fn double(self, value: Exact, args: &[Exact]) -> Exact {
         if !matches!(value, Exact::Float(_) | Exact::Triple(_) | Exact::Matrix(_)) {
             return value;

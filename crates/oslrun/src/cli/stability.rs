@@ -34,8 +34,8 @@ pub(super) struct StabilityArgs {
     #[arg(long)]
     no_params: bool,
     /// Look for a repair of the lines to blame: rewrites of the source that cut the error at least tenfold,
-    /// cost less than 1.2 times (1.5 if the error falls a thousandfold) and change nothing that was right. They are shown as a diff with their
-    /// figures.
+    /// cost less than 1.2 times (1.5 if the error falls a thousandfold) and change nothing that was right.
+    /// They are shown as a diff with their figures.
     #[arg(long)]
     fix: bool,
     /// Maximum time in seconds; 4 by default, and 10 with --fix. If it is not enough, the report says what

@@ -234,7 +234,7 @@ fn a_repair_does_no_harm_with_other_values() {
     assert_eq!(name(&[]).as_deref(), Some("conjugate by sign"));
 }
 
-/// Writes a shader, looks for a repair and saves it: the exit code, the report, the messages, and the saved text.
+/// Looks for a repair of a shader and saves it: the exit code, the report, the messages, and the saved text.
 fn saved(text: &str) -> (i32, String, String, Option<String>) {
     let folder = tempfile::tempdir().unwrap();
     let [file, fixed] = ["s.osl", "fixed.osl"].map(|name| folder.path().join(name));

@@ -4,8 +4,9 @@
 //! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the
 //! original source in double precision, computes the same function there, leaves right what was right (each
 //! component of each output by itself: `reference`; also with other values of the parameters: `variants`),
-//! and costs less than 1.2 times, or 1.5 times if the error falls more than a thousandfold. `search` adds others
-//! to the best rewrite if one is not enough. [`check`] repeats all tests. This module must not write files.
+//! and costs less than 1.2 times, or 1.5 times if the error falls more than a thousandfold. `search` adds
+//! others to the best rewrite if one is not enough. [`check`] repeats all tests. This module must not write
+//! files.
 
 mod candidates;
 mod components;
