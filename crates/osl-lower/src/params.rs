@@ -1,6 +1,6 @@
 //! Parameter values from text: `radius=0.3`, `tint=1,0.5,0`, `spacename=object`.
 
-use osl_hir::hir::{Expr, ExprKind, Init, Program};
+use osl_hir::hir::{Expr, ExprKind, Init, MetaValue, Program};
 use osl_ir::ir::Const;
 use osl_ir::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
 use osl_syntax::spelling::closest;
@@ -39,6 +39,8 @@ pub enum ParamError {
         ty: String,
         /// The text.
         text: String,
+        /// The names of values that the metadata define.
+        names: Vec<String>,
     },
 }
 
@@ -60,11 +62,15 @@ impl std::fmt::Display for ParamError {
             ParamError::Type { name, ty, given } => {
                 write!(f, "parameter `{name}` is of type {ty} and takes no value of type {given}")
             }
-            ParamError::Mismatch { name, ty, text } => {
+            ParamError::Mismatch { name, ty, text, names } => {
                 let article = if ty.starts_with("int") { "an" } else { "a" };
                 write!(f, "parameter `{name}` is {article} {ty}, and `{text}` is none")?;
                 match ty.as_str() {
-                    "color" | "point" | "vector" | "normal" => write!(f, ": write three numbers"),
+                    "int" if !names.is_empty() => {
+                        write!(f, ": write a number, or one of {}", names.join(", "))
+                    }
+                    "color" => write!(f, ": write three numbers, or #ff8800"),
+                    "point" | "vector" | "normal" => write!(f, ": write three numbers"),
                     "matrix" => write!(f, ": write sixteen numbers"),
                     _ => Ok(()),
                 }
@@ -129,15 +135,74 @@ impl ParamValues {
 
 /// Adds the value in `text` for the parameter `name` of a program. A triple takes one or three numbers, a
 /// matrix one or sixteen, an array one for each element in turn, a string its text unchanged; `s.a` is a
-/// field.
+/// field. An int with the metadata `mapper` takes the names in it, and a color `#ff8800`, which is converted
+/// from sRGB to linear.
 ///
 /// # Errors
 /// There is no such parameter, or the text is not a value of its type.
 pub fn set(program: &Program, values: &mut ParamValues, name: &str, text: &str) -> Result<(), ParamError> {
     let ty = find(program, name)?;
-    let value = parse(ty, text).ok_or_else(|| mismatch(program, ty, name, text))?;
-    values.values.insert(name.into(), value);
+    let value = match ty {
+        Type::INT => mapped(program, name).into_iter().find(|(of, _)| *of == text).map(|(_, n)| n),
+        Type::COLOR => hex_color(text),
+        _ => None,
+    };
+    let value = value.map(|value| vec![value]).or_else(|| parse(ty, text));
+    values.values.insert(name.into(), value.ok_or_else(|| mismatch(program, ty, name, text))?);
     Ok(())
+}
+
+/// `#ff8800` or `#f80`, from sRGB to linear, as color pickers mean it.
+fn hex_color(text: &str) -> Option<Const> {
+    let digits = text.strip_prefix('#').filter(|d| matches!(d.len(), 3 | 6) && d.is_ascii())?;
+    let width = digits.len() / 3;
+    let part = |n: usize| {
+        let value = u32::from_str_radix(digits.get(n * width..(n + 1) * width)?, 16).ok()?;
+        let value = if width == 1 { value * 17 } else { value };
+        Some(osl_numeric::color::srgb_to_linear(value as f32 / 255.0))
+    };
+    Some(Const::Triple([part(0)?, part(1)?, part(2)?]))
+}
+
+/// A text in the metadata of a parameter.
+fn metadata<'a>(program: &'a Program, name: &str, datum: &str) -> Option<&'a str> {
+    let param = program.shader.params.get(program.param(name)?)?;
+    param.metadata.iter().find(|(_, of, _)| &**of == datum).and_then(|(_, _, value)| match value {
+        MetaValue::Text(text) => Some(&**text),
+        _ => None,
+    })
+}
+
+/// The names of values that the metadata of an int define, as in `mapper = "Radial:1|Linear:2"`.
+fn mapped<'a>(program: &'a Program, name: &str) -> Vec<(&'a str, Const)> {
+    let texts = ["mapper", "options"].into_iter().filter_map(|datum| metadata(program, name, datum));
+    let pairs = texts.flat_map(|text| text.split('|')).filter_map(|pair| pair.rsplit_once(':'));
+    pairs.filter_map(|(name, n)| Some((name.trim(), Const::Int(n.trim().parse().ok()?)))).collect()
+}
+
+/// A doubt about a value that is accepted, in a sentence: a string that is none of the options of its
+/// metadata, or fewer values than an array has elements.
+pub fn doubt(program: &Program, name: &str, text: &str) -> Option<String> {
+    let ty = type_of(program, name)?;
+    if let Extent::Array(n) = ty.extent {
+        let given = parse(ty, text)?.len();
+        let values = if given == 1 { "1 value is".to_string() } else { format!("{given} values are") };
+        return (given < n as usize).then(|| {
+            format!("parameter `{name}` has {n} elements, and {values} given: the other elements are zero")
+        });
+    }
+    let options = metadata(program, name, "options").filter(|_| ty == Type::STRING)?;
+    let options: Vec<&str> = options.split('|').map(str::trim).filter(|option| !option.is_empty()).collect();
+    // `Name:value` names a value, which is what a shader compares.
+    let value = |option: &str| option.rsplit_once(':').map_or(option, |(_, value)| value).to_string();
+    if options.is_empty() || options.iter().any(|option| *option == text || value(option) == text) {
+        return None;
+    }
+    let hint = match closest(text, options.iter().copied()) {
+        Some(close) => format!("; there is one named `{close}`"),
+        None => String::new(),
+    };
+    Some(format!("`{text}` is none of the options of `{name}`, which are {}{hint}", options.join(", ")))
 }
 
 /// Adds a value with a given type, `float` or `color[2]`. It must be the parameter's type, except that kinds
@@ -224,7 +289,13 @@ fn set_parsed(
 }
 
 fn mismatch(program: &Program, ty: Type, name: &str, text: &str) -> ParamError {
-    ParamError::Mismatch { name: name.to_string(), ty: program.structs.show(ty), text: text.to_string() }
+    let names = mapped(program, name).into_iter().map(|(name, _)| name.to_string()).collect();
+    ParamError::Mismatch {
+        name: name.to_string(),
+        ty: program.structs.show(ty),
+        text: text.to_string(),
+        names,
+    }
 }
 
 /// The string parameters of a program with known values, given or by default: name and value, arrays element

@@ -15,6 +15,7 @@ pub mod escape;
 pub mod format;
 pub mod gaps;
 pub mod hidden;
+mod layout;
 mod lexer;
 mod parser;
 mod preprocess;

@@ -4,12 +4,13 @@
 //! This module must not know text or macros; a position is the index of a token until a message is written.
 
 mod expected;
+mod foreign;
 mod recover;
 mod slips;
 mod words;
 
 pub(crate) use expected::message;
-pub(crate) use slips::misspelt;
+pub(crate) use foreign::beyond_insertion;
 
 use crate::Options;
 use crate::ast::Ast;
@@ -118,7 +119,7 @@ pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) 
             reported.push(errors::too_many_errors(place, options.limits.reading.diagnostics));
         } else if work < options.limits.reading.recovery {
             if !told
-                && let Some(slip) = slips::find(&stream, &failure, sources).filter(slips::Slip::has_remedy)
+                && let Some(slip) = foreign::find(&stream, &failure, sources).filter(slips::Slip::has_remedy)
             {
                 slips::mend(&mut stream, slip).into_iter().for_each(|place| gaps.add(place));
                 continue;

@@ -13,6 +13,7 @@ use crate::Options;
 use crate::ast::Ast;
 use crate::brackets::{Brackets, closer};
 use crate::diagnostic::{Diagnostic, Edit, Fix};
+use crate::errors;
 use crate::parser::{Failure, Stream, parse_once};
 use crate::source::{SourceMap, SourceProvider};
 use crate::span::Span;
@@ -36,6 +37,9 @@ const MID_LINE: u32 = 3;
 /// Subtracted for a `}` before a declaration at the left margin.
 const AT_MARGIN: u32 = 1;
 
+/// Subtracted for a `}` where the indentation ends its block.
+const BY_INDENTATION: u32 = 2;
+
 /// A repaired file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repair {
@@ -43,6 +47,9 @@ pub struct Repair {
     pub edits: Vec<Edit>,
     /// The text with the insertions.
     pub text: String,
+    /// What each insertion that ends the statement of a condition or loop makes of it: the position in the
+    /// original file of the condition or loop, and a sentence.
+    pub changes: Vec<(Span, String)>,
 }
 
 /// Finds the fewest insertions of `)` `]` `}` `{` `;` that make a file parse. `None` if it parses already, if
@@ -58,9 +65,10 @@ pub fn repair(name: &str, text: &str, provider: &dyn SourceProvider, options: &O
     let stream = Stream { tokens, spans, end: Span::new(end, end) };
     let found = search(&stream, text, options, options.limits.reading.repair)?;
     let edits = place::edits(&stream, text, &found.insertions);
+    let changes = place::changes(&stream, text, &found.insertions);
     let text = apply(text, &edits)?;
     let parsed = crate::parse(name, &text, provider, options);
-    (!parsed.has_errors()).then_some(Repair { edits, text })
+    (!parsed.has_errors()).then_some(Repair { edits, text, changes })
 }
 
 /// Applies edits, which must be in the text and in order of position.
@@ -144,16 +152,23 @@ pub(crate) fn explain(
         search(stream, text, options, options.limits.reading.repair / MESSAGE_PART)?;
     let mut sorted = insertions.clone();
     sorted.sort_by_key(|i| i.before);
+    let unclosed = place::unclosed_blocks(stream, text);
     let mut errors = Vec::new();
     let mut made = 0;
     for site in sorted.chunk_by(|a, b| a.before == b.before) {
         let so_far = Patched::new(stream, sorted.get(..made).unwrap_or_default()).stream;
         if let Err((failure, _)) = parse_once(&so_far, options) {
-            if crate::parser::misspelt(&so_far, &failure, sources).is_some() {
+            if crate::parser::beyond_insertion(&so_far, &failure, sources).is_some() {
                 // No insertion is the reason.
                 return None;
             }
-            errors.push(crate::parser::message(&so_far, &failure, sources));
+            let ends = site.iter().filter(|i| i.token == Token::RBrace);
+            let ended = ends.filter_map(|i| unclosed.iter().find(|(_, before)| *before == i.before)).next();
+            let place = |at: &usize| stream.spans.get(*at).copied().unwrap_or(stream.end);
+            errors.push(match ended {
+                Some((opener, before)) => errors::unclosed_block(place(opener), place(before)),
+                None => crate::parser::message(&so_far, &failure, sources),
+            });
         }
         made += site.len();
     }
@@ -230,6 +245,20 @@ fn search(stream: &Stream, text: &str, options: &Options, budget: u64) -> Option
         let key = (patched.origin.get(failure.at).copied(), around.len(), failure.expected.clone());
         if !seen.insert(key) || state.insertions.len() >= MAX_INSERTIONS {
             continue;
+        }
+        if state.insertions.is_empty() {
+            let ends = place::unclosed_blocks(stream, text).into_iter();
+            let insertions: Vec<Insertion> =
+                ends.map(|(_, before)| Insertion { before, token: Token::RBrace }).collect();
+            let rest = Brackets::of(&Patched::new(stream, &insertions).stream.tokens).n_lonely;
+            // They must be what is missing.
+            if (1..=MAX_INSERTIONS).contains(&insertions.len())
+                && rest + insertions.len() == brackets.n_lonely
+            {
+                let cost = insertions.len() as u32 * (INSERTION - BY_INDENTATION);
+                queue.push((Reverse(cost + rest as u32 * INSERTION), failure.at, Reverse(states.len())));
+                states.push(Some(State { insertions, cost }));
+            }
         }
         for (at, token, cost) in steps(&patched.stream, &failure, &around, text) {
             work += stream.tokens.len() as u64 + 1;

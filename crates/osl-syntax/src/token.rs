@@ -99,6 +99,7 @@ pub(crate) fn convert(tokens: &[PpToken], names: &Interner, out: &mut Sink) -> (
         tokens: Vec::with_capacity(tokens.len()),
         spans: Vec::with_capacity(tokens.len()),
         strings: FxHashMap::default(),
+        depth: 0,
     };
     let mut rest = tokens;
     while let Some((t, tail)) = rest.split_first() {
@@ -108,8 +109,14 @@ pub(crate) fn convert(tokens: &[PpToken], names: &Interner, out: &mut Sink) -> (
             let (strings, tail) = tail.split_at(more);
             rest = tail;
             c.strings(*t, strings);
+        } else if let Some((digits, tail)) = c.hex_color(*t, tail) {
+            rest = tail;
+            let span = t.span.to(digits.span);
+            c.out.push(errors::hex_color(span, c.names.str(digits.sym)));
+            c.tokens.push(Token::BadExpr);
+            c.spans.push(span);
         } else {
-            c.push(*t);
+            c.push(*t, tail.first());
         }
     }
     mark_shaders(&mut c.tokens);
@@ -123,16 +130,30 @@ struct Converter<'a> {
     spans: Vec<Span>,
     /// The values of the string literals so far; each is kept once, however often macros repeat it.
     strings: FxHashMap<Sym, Arc<str>>,
+    /// Number of open braces and parentheses.
+    depth: i64,
 }
 
 impl Converter<'_> {
-    fn push(&mut self, t: PpToken) {
+    /// `#ff8800`: the digits behind a `#`, and the tokens after them.
+    fn hex_color<'t>(&self, hash: PpToken, tail: &'t [PpToken]) -> Option<(PpToken, &'t [PpToken])> {
+        let (digits, tail) = tail.split_first()?;
+        let text = self.names.str(digits.sym);
+        let hex = matches!(text.len(), 3 | 6) && text.bytes().all(|b| b.is_ascii_hexdigit());
+        (hash.kind == Raw::Hash && hash.span.end == digits.span.start && hex).then_some((*digits, tail))
+    }
+
+    /// Adds a token; `next` is the one behind it.
+    fn push(&mut self, t: PpToken, next: Option<&PpToken>) {
         let text = self.names.str(t.sym);
         let token = match t.kind {
             Raw::Ident => match word(text) {
                 Word::Token(token) => token,
                 Word::Reserved { modifier } => {
-                    self.out.push(errors::reserved_word(t.span, text));
+                    // The space behind a word goes with it.
+                    let behind = next.map(|next| next.span.start).filter(|at| *at == t.span.end + 1);
+                    let inside = (self.depth > 0).then_some(behind);
+                    self.out.push(errors::reserved_word(t.span, text, inside));
                     if modifier {
                         return;
                     }
@@ -142,16 +163,27 @@ impl Converter<'_> {
             },
             Raw::Number => self.number(t, text),
             Raw::Char | Raw::OpenChar => {
-                self.out.push(errors::char_literal(t.span));
+                self.out.push(errors::char_literal(t.span, text));
                 Token::Stray
             }
             kind => match operator(kind) {
                 Some(token) => token,
                 None => {
+                    let named = next.filter(|n| n.kind == Raw::Ident && n.span.start == t.span.end);
+                    let apart = self.spans.last().is_none_or(|last| last.end != t.span.start);
+                    if text == "@" && apart && named.is_some() {
+                        self.out.push(errors::bound_name(t.span));
+                        return;
+                    }
                     self.out.push(errors::stray_character(t.span, text));
                     Token::Stray
                 }
             },
+        };
+        self.depth += match token {
+            Token::LBrace | Token::LParen => 1,
+            Token::RBrace | Token::RParen => -1,
+            _ => 0,
         };
         self.tokens.push(token);
         self.spans.push(t.span);
@@ -287,7 +319,7 @@ fn word(text: &str) -> Word {
         "float" => Token::Type(TypeName::Float),
         "for" => Token::For,
         "if" => Token::If,
-        "illuminance" | "illuminate" | "public" => Token::Unused,
+        "illuminance" | "illuminate" => Token::Unused,
         "int" => Token::Type(TypeName::Int),
         "matrix" => Token::Type(TypeName::Matrix),
         "normal" => Token::Type(TypeName::Normal),
@@ -302,8 +334,8 @@ fn word(text: &str) -> Word {
         "and" => Token::AndAnd,
         "or" => Token::OrOr,
         "not" => Token::Prefix(UnaryOp::Not),
-        "const" | "extern" | "friend" | "inline" | "private" | "protected" | "static" | "uniform"
-        | "varying" | "virtual" | "unsigned" | "signed" | "long" | "short" => {
+        "const" | "extern" | "friend" | "inline" | "private" | "protected" | "public" | "static"
+        | "uniform" | "varying" | "virtual" | "unsigned" | "signed" | "long" | "short" => {
             return Word::Reserved { modifier: true };
         }
         "bool" | "case" | "char" | "class" | "default" | "double" | "enum" | "false" | "sizeof"

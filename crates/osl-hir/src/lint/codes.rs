@@ -30,7 +30,7 @@ lints! {
     /// A condition that is always or never true.
     CONSTANT_CONDITION = "W0308" "constant-condition" Check;
     /// `=` in place of a condition.
-    ASSIGNMENT_IN_CONDITION = "W0309" "assignment-in-condition" Check;
+    ASSIGNMENT_IN_CONDITION = "W0309" "assignment-in-condition" Always;
     /// A variable assigned to itself.
     SELF_ASSIGNMENT = "W0310" "self-assignment" Check;
     /// `==` between computed floats.
@@ -180,6 +180,30 @@ pub(super) fn endless(span: Span) -> Diagnostic {
     Diagnostic::warning(ENDLESS_LOOP, span, "this loop never ends")
         .label("nothing in the loop leaves it")
         .help("add a `break`, or a condition that becomes false")
+}
+
+/// W0307: nothing in the loop changes its condition.
+pub(super) fn unchanged_condition(span: Span, names: &[&str]) -> Diagnostic {
+    Diagnostic::warning(ENDLESS_LOOP, span, "this loop never ends once it runs")
+        .label(format!("nothing in the loop changes {}", listed(names)))
+        .help("change a variable of the condition in the loop, or add a `break`")
+}
+
+/// W0307: the counter of the loop moves away from its end.
+pub(super) fn counts_away(span: Span, name: &str, up: bool, step: Span) -> Diagnostic {
+    let (moves, other) = if up { ("grows", "--") } else { ("shrinks", "++") };
+    Diagnostic::warning(ENDLESS_LOOP, span, "this loop counts away from its end")
+        .label(format!("`{name}` only {moves}"))
+        .also(step, "here")
+        .help(format!("write `{name}{other}`, or turn the comparison around"))
+}
+
+/// W0308: the condition does not hold for the first value of the loop's counter.
+pub(super) fn never_runs(span: Span, name: &str, start: Span, value: &str) -> Diagnostic {
+    Diagnostic::warning(CONSTANT_CONDITION, span, "the condition of this loop does not hold at first")
+        .label(format!("it never runs: `{name}` is {value} at first"))
+        .also(start, "its first value")
+        .help("the condition says how long the loop goes on: turn the comparison around")
 }
 
 /// W0308: the condition is a constant; if it does not consist of literals alone, because of the variable

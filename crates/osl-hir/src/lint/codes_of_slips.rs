@@ -21,6 +21,13 @@ pub(in crate::lint) fn no_effect(span: Span, what: &str, help: &str) -> Diagnost
     Diagnostic::warning(NO_EFFECT, span, "this statement has no effect").label(what).help(help)
 }
 
+/// W0318: what follows a decimal comma.
+pub(in crate::lint) fn decimal_comma(span: Span, comma: Span) -> Diagnostic {
+    no_effect(span, "computes a value that nothing uses", "a number is written with a decimal point")
+        .also(comma, "this comma begins it")
+        .suggest("write a point", vec![Edit { span: comma, text: ".".to_owned() }])
+}
+
 /// W0319: a `;` directly after the condition.
 pub(in crate::lint) fn empty_body(semicolon: Span, word: &str, head: Span) -> Diagnostic {
     Diagnostic::warning(EMPTY_BODY, semicolon, format!("this `;` is the whole body of the `{word}`"))
@@ -92,6 +99,14 @@ pub(in crate::lint) fn unknown_word(
     Diagnostic::warning(UNKNOWN_WORD, span, format!("there is no {kind} \"{name}\""))
         .label(effect)
         .help(format!("known names: {}", known.join(", ")))
+}
+
+/// W0325: the name of metadata is almost one that programs read.
+pub(in crate::lint) fn misspelt_metadata(span: Span, name: &str, close: &str) -> Diagnostic {
+    Diagnostic::warning(MISSPELT_ATTRIBUTE, span, format!("no program reads metadata `{name}`"))
+        .label("has no effect")
+        .help(format!("there is metadata named `{close}`"))
+        .suggest(format!("write `{close}`"), vec![Edit { span, text: close.to_owned() }])
 }
 
 /// W0325: the name of an attribute is almost a standard one.

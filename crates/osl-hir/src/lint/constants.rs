@@ -20,9 +20,14 @@ pub(super) struct Constants {
 }
 
 impl Constants {
+    /// Literals alone.
+    pub(super) fn none() -> Constants {
+        Constants { vars: FxHashMap::default() }
+    }
+
     /// Collects the locals. A local that is computed from another is not followed.
     pub(super) fn of(walk: &Walk<'_>, found: &Findings<'_>) -> Constants {
-        let none = Constants { vars: FxHashMap::default() };
+        let none = Constants::none();
         let mut vars = FxHashMap::default();
         for body in bodies(walk.program) {
             each_stmt(body, &mut |stmt| {

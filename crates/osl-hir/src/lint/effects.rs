@@ -31,6 +31,9 @@ pub(super) fn run(walk: &Walk<'_>, found: &mut Findings<'_>) {
                 let alone = found.text(stmt.span).strip_suffix(';').map(str::trim_end);
                 if alone == Some(found.text(e.span)) {
                     no_effect(walk, e, found);
+                    if let ExprKind::Comma(parts) = &e.kind {
+                        comma(walk, parts, found);
+                    }
                 }
             }
         });
@@ -78,6 +81,25 @@ fn ends(constants: &Constants, list: &[Stmt]) -> bool {
             super::jumps::breaks(body) || (!forever && once)
         }
     })
+}
+
+/// Parts of a statement that are computed in vain, as in `r = 2,5 * u`.
+fn comma(walk: &Walk<'_>, parts: &[Expr], found: &mut Findings<'_>) {
+    for pair in parts.windows(2) {
+        let [before, part] = pair else { continue };
+        let comma = Span::new(before.span.end, part.span.start);
+        let digit = |span: Span, last: bool| {
+            let text = found.text(span);
+            let digit = if last { text.chars().next_back() } else { text.chars().next() };
+            digit.is_some_and(|c| c.is_ascii_digit())
+        };
+        let decimal = found.text(comma) == "," && digit(before.span, true) && digit(part.span, false);
+        if decimal && is_pure(walk, part, found) {
+            found.report(codes::decimal_comma(part.span, comma));
+        } else {
+            no_effect(walk, part, found);
+        }
+    }
 }
 
 /// What a statement computes in vain.

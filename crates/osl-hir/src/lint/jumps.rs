@@ -5,7 +5,7 @@
 
 use super::constants::{Constants, is_plain};
 use super::walk::{Event, Walk, bodies, each_stmt};
-use super::{Findings, codes, flow};
+use super::{Findings, codes, flow, loops};
 use crate::hir::{Expr, ExprKind, Stmt, StmtKind};
 use osl_syntax::span::Span;
 
@@ -35,7 +35,14 @@ struct Jumps<'j, 'a, 'p> {
 impl Jumps<'_, '_, '_> {
     fn stmt(&mut self, stmt: &Stmt) {
         match &stmt.kind {
-            StmtKind::Block(list) => self.unreachable(list),
+            StmtKind::Block(list) => {
+                self.unreachable(list);
+                let leaves = list.last().is_some_and(|last| match &last.kind {
+                    StmtKind::Loop { body, .. } => leaves(body, true),
+                    _ => false,
+                });
+                loops::counted(self.walk, list, leaves, self.found);
+            }
             StmtKind::If(cond, then, otherwise) => {
                 self.unreachable(then);
                 self.unreachable(otherwise);
@@ -68,6 +75,7 @@ impl Jumps<'_, '_, '_> {
         match (value.map(|v| v.map(|v| v != 0.0)), cond) {
             (Some(Some(true)), _) if !leaves(body, true) => self.found.report(codes::endless(at)),
             (Some(Some(false)), Some(cond)) if test_first => self.condition(cond),
+            (None, Some(_)) if !leaves(body, true) => loops::unchanged(self.walk, stmt, self.found),
             _ => {}
         }
     }

@@ -14,6 +14,7 @@ mod constants;
 mod effects;
 mod flow;
 mod jumps;
+mod loops;
 mod names;
 mod queries;
 mod scopes;

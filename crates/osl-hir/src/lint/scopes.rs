@@ -1,14 +1,16 @@
-//! Lints on the syntax tree alone: variables that hide others, and `=` as a condition.
+//! Lints on the syntax tree alone: variables that hide others, `=` as a condition, and names of metadata.
 //!
 //! Scopes are those of the language: blocks, functions, and the head of a `for`. Formals of functions at file
 //! level may have the names of globals, as in published libraries: such a function is meant to be
 //! self-contained.
 
+use super::codes_of_slips::misspelt_metadata;
 use super::{Findings, codes};
 use crate::hir::GLOBALS;
 use osl_syntax::ast::{self, Ast, ExprId, ExprKind, Formal, StmtId, StmtKind};
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
+use osl_syntax::spelling::closest;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -21,12 +23,64 @@ pub(super) fn run(ast: &Ast, found: &mut Findings<'_>) {
                 scopes.open.push(FxHashMap::default());
                 scopes.formals(&shader.formals);
                 scopes.list(&shader.body.stmts);
+                metadata(&shader.formals, found);
             }
             ast::Item::Function(f) => scopes.function(f),
             ast::Item::Struct(_) => {}
         }
     }
     conditions(ast, found);
+}
+
+/// The metadata of parameters that programs read.
+const METADATA: &[&str] = &[
+    "label",
+    "widget",
+    "help",
+    "page",
+    "options",
+    "mapper",
+    "units",
+    "digits",
+    "min",
+    "max",
+    "sensitivity",
+    "slidermin",
+    "slidermax",
+    "slidercenter",
+    "sliderexponent",
+    "lockgeom",
+    "interpolated",
+    "connectable",
+    "allowconnect",
+    "interactive",
+    "description",
+];
+
+/// Further names of metadata that resemble these.
+const OTHER_METADATA: &[&str] = &["unit", "pages", "labels", "option", "mix", "mid"];
+
+/// Longer names of metadata may differ in a letter; of shorter ones, letters may be exchanged.
+const LONG: usize = 5;
+
+/// Names of metadata that are almost those that programs read.
+fn metadata(formals: &[Formal], found: &mut Findings<'_>) {
+    for datum in formals.iter().flat_map(|formal| &formal.metadata) {
+        let name = &*datum.name.text;
+        if METADATA.contains(&name) || OTHER_METADATA.contains(&name) {
+            continue;
+        }
+        let letters = |name: &str| {
+            let mut letters: Vec<char> = name.chars().collect();
+            letters.sort_unstable();
+            letters
+        };
+        let close = closest(name, METADATA.iter().copied())
+            .filter(|close| name.len() >= LONG || letters(name) == letters(close));
+        if let Some(close) = close.filter(|_| found.is_written(datum.name.span, name)) {
+            found.report(misspelt_metadata(datum.name.span, name, close));
+        }
+    }
 }
 
 struct Scopes<'a, 'f, 's> {

@@ -43,9 +43,17 @@ impl Resolver<'_> {
             }
         }
         if shader.is_none() {
-            let d = Diagnostic::error(errors::NO_SHADER, Span::default(), "the file declares no shader")
-                .help("a shader looks like `shader name(float x = 1, output color c = 0) { … }`");
-            self.report(d);
+            let d = Diagnostic::error(errors::NO_SHADER, Span::default(), "the file declares no shader");
+            let main = self.ast.items.iter().find_map(|item| match item {
+                ast::Item::Function(f) if &*f.name.text == "main" => Some(f),
+                _ => None,
+            });
+            self.report(match main {
+                Some(main) => d
+                    .also(main.name.span, "a function like any other")
+                    .help("a shader is declared by the word `shader`: `shader main(float x = 1, output color c = 0) { … }`"),
+                None => d.help("a shader looks like `shader name(float x = 1, output color c = 0) { … }`"),
+            });
         }
         shader.map(|(shader, _)| shader)
     }
@@ -444,7 +452,12 @@ impl Resolver<'_> {
         }
         // The initialiser sees the parameters before it, but not itself.
         let init = match formal.init {
-            Some(init) => self.param_init(ty, init),
+            Some(init) => {
+                self.in_default = true;
+                let init = self.param_init(ty, init);
+                self.in_default = false;
+                init
+            }
             None => {
                 let message = format!("parameter `{}` has no default value", formal.name.text);
                 self.report(

@@ -209,6 +209,11 @@ pub(super) fn unknown_type(
     if let Some(word) = word {
         let d = d.help(word.advice);
         return match word.instead {
+            // The space behind the word goes with it.
+            Some("") => {
+                let edit = Edit { span: Span::new(span.start, span.end + 1), text: String::new() };
+                d.suggest("leave it out", vec![edit])
+            }
             Some(instead) => d.fix(format!("write `{instead}`"), edit(instead)),
             None => d,
         };

@@ -228,6 +228,8 @@ struct Resolver<'a> {
     told: FxHashSet<String>,
     /// The variable whose declaration is being resolved.
     declaring: Option<Arc<str>>,
+    /// Whether the default of a parameter of the shader is being resolved.
+    in_default: bool,
     /// The keywords that may stand instead of the type that is resolved.
     keywords: &'static [&'static str],
     /// What errors and gaps so far explain.
@@ -260,6 +262,7 @@ impl<'a> Resolver<'a> {
             returns: false,
             told: FxHashSet::default(),
             declaring: None,
+            in_default: false,
             keywords: &[],
             follow: Follow::default(),
             recorder: None,

@@ -81,6 +81,9 @@ pub(super) fn instead(op: B, left: Type, right: Type) -> Option<&'static str> {
         B::BitXor if has_parts(left) && has_parts(right) => {
             "`^` is the exclusive or of ints: a power is `pow(a, b)`"
         }
+        B::Mul if left == Type::CLOSURE && right == Type::CLOSURE => {
+            "closures are added, and scaled by a color or a float: `c * diffuse(N) + emission()`"
+        }
         B::Add if strings => "strings are joined by `concat(a, b)`",
         B::Lt | B::Le | B::Gt | B::Ge if strings => "strings have no order: `==` and `!=` compare them",
         B::Lt | B::Le | B::Gt | B::Ge if left.is_triple() || right.is_triple() => {

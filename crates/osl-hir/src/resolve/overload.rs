@@ -431,7 +431,11 @@ impl Resolver<'_> {
             });
         }
         let is_builtin = candidates.iter().all(|c| matches!(c, Candidate::Builtin { .. }));
-        match vocabulary::other_form(name, given.len()).filter(|_| is_builtin) {
+        let knots = given.last().map(|argument| match argument {
+            CallArgument::Value(v) if !v.ty.is_array() => self.show(v.ty),
+            _ => "float".to_string(),
+        });
+        match vocabulary::other_form(name, given.len(), knots.as_deref()).filter(|_| is_builtin) {
             Some(advice) => d.help(advice),
             None => d,
         }

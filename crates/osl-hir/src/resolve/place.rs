@@ -4,6 +4,7 @@ use super::Resolver;
 use super::errors;
 use super::init::is_operand;
 use super::unknown::Wanted;
+use super::vocabulary;
 use crate::hir::{Expr, ExprKind, GLOBALS, Lvalue, Step, VarId, VarKind};
 use osl_ir::types::{Base, Extent, Type};
 use osl_syntax::Reports;
@@ -23,6 +24,15 @@ impl Resolver<'_> {
                 Some(Lvalue { var, path: Vec::new(), ty: self.var(var).ty, span })
             }
             ast::ExprKind::Field(base, field) => {
+                if let ast::ExprKind::Name(module) = &ast[*base].kind
+                    && self.lookup(module).is_none()
+                    && !self.may_be_declared(module)
+                    && let Some(word) = vocabulary::of_module(module, &field.text)
+                {
+                    let name = format!("{module}.{}", field.text);
+                    self.report(errors::foreign_name(span, "variable", &name, word, None));
+                    return None;
+                }
                 let base = self.place(*base)?;
                 Some(self.member(base, field))
             }
@@ -190,7 +200,15 @@ impl Resolver<'_> {
             let swizzle = base.ty.base.is_triple()
                 && (2..=4).contains(&field.text.len())
                 && field.text.bytes().all(|c| b"xyzwrgbastpq".contains(&c));
+            let whole = matches!(
+                (base.ty, &*field.text),
+                (Type::COLOR, "rgb") | (Type::POINT | Type::VECTOR | Type::NORMAL, "xyz")
+            );
             let d = match swizzle {
+                true if whole => {
+                    let edit = Edit { span: Span::new(base.span.end, field.span.end), text: String::new() };
+                    d.note("it has these three components itself").fix("leave the swizzle out", vec![edit])
+                }
                 true => d.note("OSL takes one component at a time: `vector(v.y, v.x, v.z)`"),
                 false => d,
             };

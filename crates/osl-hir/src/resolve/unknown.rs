@@ -85,6 +85,10 @@ impl Resolver<'_> {
         if functions && self.is_within(name) {
             return self.report(errors::unknown_name(span, what, name, None).help(errors::NO_RECURSION));
         }
+        if functions && let Some(below) = self.declared_below(name, span) {
+            let d = errors::unknown_name(span, what, name, None).also(below, "its definition");
+            return self.report(d.help("it is defined below its use: move the definition up"));
+        }
         let kind = if functions { NameKind::Function } else { NameKind::Variable };
         if let Some(word) = vocabulary::word(kind, name) {
             let end = if let Wanted::Call { arguments_end, .. } = wanted { arguments_end } else { None };
@@ -94,6 +98,9 @@ impl Resolver<'_> {
         let d = errors::unknown_name(span, what, name, close.as_deref());
         let d = match (wanted, &close) {
             (Wanted::Call { closure: true, .. }, None) => d.help(vocabulary::RENDERERS_CLOSURE),
+            (Wanted::Value, None) if self.in_default => {
+                d.help("a default is made of literals, constants and the parameters before it")
+            }
             (Wanted::Value, None) => {
                 let lower = name.to_lowercase();
                 let example = match name {
@@ -110,12 +117,25 @@ impl Resolver<'_> {
         self.report(d);
     }
 
+    /// The name of the function that the file defines below a place.
+    fn declared_below(&self, name: &str, place: Span) -> Option<Span> {
+        self.ast.items.iter().find_map(|item| match item {
+            ast::Item::Function(f) if &*f.name.text == name && f.name.span.start > place.start => {
+                Some(f.name.span)
+            }
+            _ => None,
+        })
+    }
+
     /// The function or variable in scope that a name probably means.
     fn close_name(&self, name: &str, functions: bool) -> Option<String> {
         let mut names = self.names_in_scope(functions);
         if functions {
             builtins::names().for_each(|builtin| names.push(builtin));
             ["if", "for", "while", "return"].into_iter().for_each(|word| names.push(word));
+        }
+        if !functions && name.starts_with("M_") {
+            names.extend(vocabulary::CONSTANTS);
         }
         // `i` is probably a counter without a declaration, and not the ray `I`.
         closest(name, names).filter(|close| functions || close.len() > 1).map(str::to_string)

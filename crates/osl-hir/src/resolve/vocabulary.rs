@@ -50,14 +50,51 @@ pub(crate) fn word(wanted: NameKind, name: &str) -> Option<Word> {
 
 /// What to write instead of a call of a built-in function with this number of arguments, where other
 /// languages and older versions have such a form.
-pub(super) fn other_form(name: &str, arguments: usize) -> Option<&'static str> {
+///
+/// `last` is the type of the last argument.
+pub(super) fn other_form(name: &str, arguments: usize, last: Option<&str>) -> Option<String> {
     Some(match (name, arguments) {
-        ("atan", 2) => "the arc tangent of a quotient is `atan2(y, x)`",
+        ("atan", 2) => "the arc tangent of a quotient is `atan2(y, x)`".to_string(),
         ("spline" | "splineinverse", 4..) => {
-            "the knots are an array: `float knots[4] = { … };`, then `spline(\"linear\", x, knots)`"
+            let ty = last.filter(|ty| ["color", "point", "vector", "normal"].contains(ty)).unwrap_or("float");
+            format!("the knots are an array: `{ty} knots[4] = {{ … }};`, then `{name}(\"linear\", x, knots)`")
         }
-        ("emission" | "background" | "holdout" | "debug", 1) => "a color scales a closure: `c * emission()`",
+        ("emission" | "background" | "holdout" | "debug", 1) => {
+            "a color scales a closure: `c * emission()`".to_string()
+        }
         _ => return None,
+    })
+}
+
+/// The constants of the language.
+pub(super) const CONSTANTS: [&str; 14] = [
+    "M_PI",
+    "M_PI_2",
+    "M_PI_4",
+    "M_2_PI",
+    "M_2PI",
+    "M_4PI",
+    "M_2_SQRTPI",
+    "M_E",
+    "M_LN2",
+    "M_LN10",
+    "M_LOG2E",
+    "M_LOG10E",
+    "M_SQRT2",
+    "M_SQRT1_2",
+];
+
+/// The constant of a module of another language, such as `math.pi`.
+pub(super) fn of_module(module: &str, name: &str) -> Option<Word> {
+    const IS: &str = "OSL has no modules, and names its constants in capitals";
+    if !["math", "Math", "np", "numpy", "glm"].contains(&module) {
+        return None;
+    }
+    Some(match name {
+        "pi" | "PI" => same("M_PI", IS),
+        "tau" | "TAU" => same("M_2PI", IS),
+        "e" | "E" => same("M_E", IS),
+        _ => said(IS),
     })
 }
 
@@ -103,6 +140,24 @@ fn function(name: &str) -> Option<Word> {
         "rsqrt" => same("inversesqrt", "OSL calls it `inversesqrt`"),
         "sqr" | "square" => said("OSL has none: write the value times itself, or `pow(x, 2)`"),
         "cube" => said("OSL has none: write the product, or `pow(x, 3)`"),
+        "rcp" => said("OSL has none: write `1 / x`"),
+        "mad" | "fma" => said("OSL has none: write `a * b + c`"),
+        "rint" | "nearbyint" => same("round", "OSL calls it `round`"),
+        "vlength" => same("length", "OSL calls it `length`"),
+        "remap" | "fit" | "range" | "efit" => {
+            said("in OSL it is `mix(newlow, newhigh, linearstep(low, high, x))`, within the bounds")
+        }
+        "fit01" => said("in OSL it is `mix(low, high, clamp(x, 0, 1))`"),
+        "ifgreater" => said("in OSL it is `a > b ? x : y`"),
+        "ifgreatereq" => said("in OSL it is `a >= b ? x : y`"),
+        "ifequal" => said("in OSL it is `a == b ? x : y`"),
+        "ch" | "chf" | "chi" | "chv" | "chp" | "chs" | "chramp" => {
+            said("what a user sets is a parameter of the shader: `shader s(float gain = 1, …)`")
+        }
+        "clip" => said("OSL draws every point: what is not there is `transparent()`, a closure for `Ci`"),
+        "avg" => said("OSL has none: write `(c[0] + c[1] + c[2]) / 3`"),
+        "itoa" => said("in OSL it is `format(\"%d\", n)`"),
+        "lum" => same("luminance", "OSL calls it `luminance`"),
         "exp10" => said("in OSL it is `pow(10, x)`"),
         "atan2f" => same("atan2", "OSL calls it `atan2`"),
         "sinf" => same("sin", "OSL calls it `sin`"),
@@ -174,9 +229,10 @@ fn function(name: &str) -> Option<Word> {
         "vec2" | "float2" | "half2" | "Vec2" | "double2" => said(
             "OSL has no pairs of its own: use two floats, or `#include \"vector2.h\"` and `vector2(x, y)`",
         ),
-        "vec3" | "float3" | "half3" | "Vec3" | "vec3f" | "double3" => {
+        "vec3" | "float3" | "half3" | "Vec3" | "vec3f" | "double3" | "vector3" => {
             same("vector", "OSL has `vector`, `point`, `normal` and `color` for three numbers")
         }
+        "color3" | "Color" | "colour" => same("color", "OSL has `color`"),
         "vec4" | "float4" | "half4" | "Vec4" | "double4" => said(
             "OSL has no fours of its own: use a color and a float, or `#include \"vector4.h\"` and `vector4(x, y, z, w)`",
         ),
@@ -201,7 +257,10 @@ fn variable(name: &str) -> Option<Word> {
         }
         "Normal" | "vNormal" | "worldNormal" => same("N", "OSL calls it `N`"),
         "Cs" | "Os" => said("OSL has no color of the surface: make it a parameter, `color Cs = 1`"),
-        "Oi" => said("OSL has no `Oi`: what shines through is a closure, `Ci = … + transparent()`"),
+        "Oi" => {
+            said("OSL has no `Oi`: what shines through is a closure, `transparent()`, that is added to `Ci`")
+        }
+        "discard" => said("OSL draws every point: what is not there is `transparent()`, a closure for `Ci`"),
         "E" => said("OSL has no eye point: `I` is the way from the eye to `P`, so the eye is at `P - I`"),
         "L" | "Cl" | "Ol" => said("OSL has no lights in shaders: a surface assigns closures to `Ci`"),
         "gl_FragColor" | "fragColor" | "out_color" | "FragColor" => {
@@ -219,9 +278,8 @@ fn variable(name: &str) -> Option<Word> {
 
 fn ty(name: &str) -> Option<Word> {
     Some(match name {
-        "vec3" | "float3" | "half3" | "Vec3" | "vec3f" | "Vector" | "Vector3" | "dvec3" | "double3" => {
-            same("vector", "OSL has `vector`, `point`, `normal` and `color` for three numbers")
-        }
+        "vec3" | "float3" | "half3" | "Vec3" | "vec3f" | "Vector" | "Vector3" | "dvec3" | "double3"
+        | "vector3" => same("vector", "OSL has `vector`, `point`, `normal` and `color` for three numbers"),
         "vec2" | "float2" | "half2" | "Vec2" | "vec2f" | "Vector2" | "dvec2" => {
             said("OSL has no pairs of its own: use two floats, or `#include \"vector2.h\"` and `vector2`")
         }
@@ -243,6 +301,8 @@ fn ty(name: &str) -> Option<Word> {
         "Color" | "rgb" | "RGB" | "colour" | "Colour" | "color3" | "colour3" => {
             same("color", "OSL has `color`")
         }
+        "filename" | "File" => same("string", "OSL names files by strings"),
+        "then" => same("", "OSL has no `then`: leave it out"),
         "String" | "str" => same("string", "OSL has `string`"),
         "sampler2D" | "samplerCube" | "Texture2D" | "texture2d" | "sampler" => {
             same("string", "OSL names textures by strings")

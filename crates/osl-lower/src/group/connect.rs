@@ -13,10 +13,10 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ConnectError {
     /// There is no layer with this name; also the closest name.
-    #[error("there is no layer `{0}`{hint}", hint = did_you_mean(.1))]
+    #[error("there is no layer `{0}`{hint}", hint = did_you_mean(.1, &[]))]
     NoLayer(String, Option<String>),
     /// The layer's shader has no such parameter.
-    #[error("layer `{layer}` has no parameter `{name}`{hint}", hint = did_you_mean(.close))]
+    #[error("layer `{layer}` has no parameter `{name}`{hint}", hint = did_you_mean(.close, .known))]
     NoParameter {
         /// The layer.
         layer: String,
@@ -24,6 +24,8 @@ pub enum ConnectError {
         name: String,
         /// The closest name.
         close: Option<String>,
+        /// The parameters that could be meant: outputs, if a value is to come from it.
+        known: Vec<String>,
     },
     /// The part does not exist, or parts of this kind cannot be connected.
     #[error("`{0}` is no parameter, field or component that can be connected")]
@@ -49,9 +51,16 @@ pub enum ConnectError {
     Forbidden(String),
 }
 
-fn did_you_mean(close: &Option<String>) -> String {
-    close.as_ref().map_or_else(String::new, |c| format!("; there is one named `{c}`"))
+fn did_you_mean(close: &Option<String>, known: &[String]) -> String {
+    match close {
+        Some(close) => format!("; there is one named `{close}`"),
+        None if known.is_empty() => String::new(),
+        None => format!("; it has {}", known.join(", ")),
+    }
 }
+
+/// Maximum number of parameters in a message.
+const MOST_NAMES: usize = 20;
 
 /// One end of a connection, resolved.
 struct ConnectionEnd {
@@ -66,7 +75,7 @@ impl Group {
     /// # Errors
     /// Why they cannot be connected; the group is then unchanged.
     pub fn connect(&mut self, from: (&str, &str), to: (&str, &str)) -> Result<(), ConnectError> {
-        let (source, target) = (self.end(from)?, self.end(to)?);
+        let (source, target) = (self.end(from, true)?, self.end(to, false)?);
         if source.end.layer >= target.end.layer {
             return Err(ConnectError::Order { from: from.0.to_string(), to: to.0.to_string() });
         }
@@ -90,7 +99,7 @@ impl Group {
         &self.layers[end.layer].program
     }
 
-    fn end(&self, (layer, path): (&str, &str)) -> Result<ConnectionEnd, ConnectError> {
+    fn end(&self, (layer, path): (&str, &str), output: bool) -> Result<ConnectionEnd, ConnectError> {
         let index = self.find(layer).ok_or_else(|| {
             let names = self.layers.iter().map(|l| &*l.name);
             ConnectError::NoLayer(layer.to_string(), closest(layer, names).map(str::to_string))
@@ -107,7 +116,10 @@ impl Group {
         let param = program.param(name).ok_or_else(|| {
             let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
             let close = closest(name, names).map(str::to_string);
-            ConnectError::NoParameter { layer: layer.to_string(), name: name.to_string(), close }
+            let known = program.shader.params.iter().filter(|param| param.output == output);
+            let known = known.filter_map(|param| program.vars.get(param.var.0 as usize));
+            let known = known.map(|var| var.name.to_string()).take(MOST_NAMES).collect();
+            ConnectError::NoParameter { layer: layer.to_string(), name: name.to_string(), close, known }
         })?;
         let mut ty = program.vars[program.shader.params[param].var.0 as usize].ty;
         if program.shader.params[param].open {

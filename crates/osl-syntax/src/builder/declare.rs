@@ -49,16 +49,20 @@ impl Builder<'_> {
         if let Some(len) = len {
             let e = self.get(len);
             if !matches!(e.kind, ExprKind::Int(1..) | ExprKind::Error) {
-                self.report(errors::array_length(e.span));
+                self.report(errors::array_length(e.span, None));
             }
         }
         ArrayLen { span: self.span(l, r), len }
     }
 
     /// Rejects `[]` where a length is required: it is permitted only for parameters.
-    fn check_sized(&mut self, array: Option<ArrayLen>) {
+    fn check_sized(&mut self, array: Option<ArrayLen>, init: Option<ExprId>) {
         if let Some(ArrayLen { span, len: None }) = array {
-            self.report(errors::array_length(span));
+            let listed = init.and_then(|init| match &self.get(init).kind {
+                ExprKind::InitList(values) if !values.is_empty() => Some(values.len()),
+                _ => None,
+            });
+            self.report(errors::array_length(span, listed));
         }
     }
 
@@ -93,7 +97,7 @@ impl Builder<'_> {
     pub(crate) fn fields(&mut self, ty: TypeSpec, names: Vec<(Name, Option<ArrayLen>)>) -> Vec<FieldDecl> {
         let mut fields = Vec::with_capacity(names.len());
         for (name, array) in names {
-            self.check_sized(array);
+            self.check_sized(array, None);
             fields.push(FieldDecl { ty: ty.clone(), name, array });
         }
         fields
@@ -156,7 +160,7 @@ impl Builder<'_> {
         init: Option<ExprId>,
     ) -> Declarator {
         self.check_declared(&name);
-        self.check_sized(array);
+        self.check_sized(array, init);
         self.check_initializer(array, init);
         self.check_lists(&init);
         Declarator { name, array, init }

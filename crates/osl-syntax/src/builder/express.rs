@@ -67,7 +67,8 @@ impl Builder<'_> {
             inner = next;
         }
         if !self.is_lvalue(base) {
-            self.report(errors::not_indexable(self.get(base).span, "index"));
+            let e = self.get(base);
+            self.report(errors::not_indexable(e.span, "index", matches!(e.kind, ExprKind::Str(_))));
         } else if n_indices == MAX_INDICES + 1 {
             self.report(errors::too_many_indices(self.get(index).span));
         }
@@ -77,7 +78,7 @@ impl Builder<'_> {
     /// `base.field`.
     pub(crate) fn field(&mut self, l: u32, r: u32, base: ExprId, field: Name) -> ExprId {
         if !self.is_lvalue(base) {
-            self.report(errors::not_indexable(self.get(base).span, "take a field of"));
+            self.report(errors::not_indexable(self.get(base).span, "take a field of", false));
         }
         self.expr(l, r, ExprKind::Field(base, field))
     }

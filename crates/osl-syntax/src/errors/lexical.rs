@@ -57,17 +57,60 @@ pub(crate) fn number_suffix(span: Span, suffix: Span, number: &str, text: &str) 
     }
 }
 
-/// E0106: a reserved word.
-pub(crate) fn reserved_word(span: Span, word: &str) -> Diagnostic {
+/// E0101: `@P`.
+pub(crate) fn bound_name(span: Span) -> Diagnostic {
+    stray_character(span, "@")
+        .help("a name needs no mark: the global variables are `P`, `N`, `u`, `v` and so on")
+        .fix("remove the `@`", vec![Edit { span, text: String::new() }])
+}
+
+/// E0101: a color as in web pages.
+pub(crate) fn hex_color(span: Span, digits: &str) -> Diagnostic {
+    let width = digits.len() / 3;
+    let part = |n: usize| {
+        let digits = digits.get(n * width..(n + 1) * width).unwrap_or_default();
+        let value = u32::from_str_radix(digits, 16).unwrap_or_default();
+        let part = f64::from(value) / f64::from(16u32.pow(width as u32) - 1);
+        (part * 1e4).round() / 1e4
+    };
+    let text = format!("color(\"sRGB\", {}, {}, {})", part(0), part(1), part(2));
+    Diagnostic::error(STRAY_CHARACTER, span, "OSL has no colors of hexadecimal digits")
+        .label("not a color of OSL")
+        .help("the parts of a color go from 0 to 1; color pickers mean the space \"sRGB\"")
+        .fix(format!("write `{text}`"), vec![Edit { span, text }])
+}
+
+/// E0106: a reserved word; `inside` a function or a shader, or its parameters, with the start of the next word
+/// if one space is between them.
+pub(crate) fn reserved_word(span: Span, word: &str, inside: Option<Option<u32>>) -> Diagnostic {
     let d = Diagnostic::error(RESERVED_WORD, span, format!("`{word}` is a reserved word"))
         .label("cannot be used");
     match word {
         "bool" => d.help("use `int`: 0 is false, anything else true"),
         "true" => d.help("write 1"),
         "false" => d.help("write 0"),
-        "double" => d.help("use `float`"),
-        "const" | "static" | "uniform" | "varying" | "inline" | "extern" => d.help("leave it out"),
-        "switch" | "case" => d.help("use a chain of `if` … `else if`"),
+        "double" => d.help("OSL has `float`, of 32 bits"),
+        "long" | "short" | "char" | "unsigned" | "signed" => d.help("use `int`, of 32 bits"),
+        "const" | "static" | "uniform" | "varying" | "inline" if inside.is_some() => {
+            let d = d.help("leave it out");
+            match inside.flatten() {
+                Some(next) => {
+                    let edit = Edit { span: Span::new(span.start, next), text: String::new() };
+                    d.suggest("leave it out", vec![edit])
+                }
+                None => d,
+            }
+        }
+        "const" | "static" | "uniform" | "varying" => d.help(
+            "leave it out before a function; OSL has no global variables: make it a parameter of the shader, or a macro",
+        ),
+        "inline" => d.help("leave it out"),
+        "extern" => d.help("leave it out; the global variables of OSL need no declaration"),
+        "switch" | "case" | "default" => d.help("use a chain of `if` and `else if`"),
+        "enum" => d.help("use ints, and macros for their names: `#define RED 0`"),
+        "class" | "union" | "template" => d.help("OSL has `struct`, without functions of its own"),
+        "sizeof" => d.help("the length of an array is `arraylength(a)`"),
+        "typedef" => d.help("OSL has no names for types: a macro may stand for one, `#define real float`"),
         _ => d,
     }
 }
@@ -79,8 +122,16 @@ pub(crate) fn triple_underscore(span: Span, name: &str) -> Diagnostic {
 }
 
 /// E0108: single quotes.
-pub(crate) fn char_literal(span: Span) -> Diagnostic {
-    Diagnostic::error(CHAR_LITERAL, span, "OSL has no character literals")
+pub(crate) fn char_literal(span: Span, text: &str) -> Diagnostic {
+    let d = Diagnostic::error(CHAR_LITERAL, span, "OSL has no character literals")
         .label("single quotes")
-        .help("write a string, with `\"`")
+        .help("write a string, with `\"`");
+    let inner = text.strip_prefix('\'').and_then(|text| text.strip_suffix('\''));
+    match inner.filter(|inner| !inner.contains(['"', '\\', '\n'])) {
+        Some(inner) => {
+            let text = format!("\"{inner}\"");
+            d.fix(format!("write {text}"), vec![Edit { span, text }])
+        }
+        None => d,
+    }
 }

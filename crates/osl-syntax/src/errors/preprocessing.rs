@@ -71,17 +71,23 @@ pub(crate) fn bad_directive(span: Span, directive: &str, form: &str) -> Diagnost
         .label(format!("expected `#{directive} {form}`"))
 }
 
-/// E0005: an unknown directive.
-pub(crate) fn unknown_directive(span: Span, name: &str) -> Diagnostic {
+/// E0005: an unknown directive; `comment`: words follow it, as in a comment of Python; `hash` is its `#`.
+pub(crate) fn unknown_directive(span: Span, name: &str, hash: Option<Span>) -> Diagnostic {
     let known = [
         "include", "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "error", "warning",
         "line", "pragma",
     ];
     let d = Diagnostic::error(UNKNOWN_DIRECTIVE, span, format!("unknown directive `#{name}`"))
         .label("not a directive of the preprocessor");
-    match crate::spelling::closest(name, known) {
-        Some(k) => d.help(format!("did you mean `#{k}`?")),
-        None => d,
+    match (crate::spelling::closest(name, known), hash) {
+        (Some(k), _) => d.help(format!("did you mean `#{k}`?")),
+        (None, Some(span)) => d
+            .help("a comment begins with `//`")
+            .suggest("make it a comment", vec![Edit { span, text: "//".to_owned() }]),
+        _ if ["version", "extension", "import"].contains(&name) => {
+            d.help("a shader of OSL has no such line: leave it out")
+        }
+        _ => d,
     }
 }
 

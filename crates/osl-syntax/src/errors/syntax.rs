@@ -81,6 +81,74 @@ pub(crate) fn commas_in_for(first: Span, second: Span) -> Diagnostic {
         .fix("write semicolons", vec![edit(first), edit(second)])
 }
 
+/// E0110: a method, or a function of a module; `text` is the head of the call that was meant.
+pub(crate) fn method(span: Span, name: &str, of_module: bool, text: Option<String>) -> Diagnostic {
+    let (message, help) = match of_module {
+        true => ("OSL has no modules", "its functions need no name before them".to_owned()),
+        false => {
+            ("OSL has no methods", format!("the value is the first argument of a function: `{name}(a, b)`"))
+        }
+    };
+    let d = Diagnostic::error(SYNTAX, span, message).label("not expected here").help(help);
+    match text {
+        Some(text) => d.fix(format!("call `{name}`"), vec![Edit { span, text }]),
+        None => d,
+    }
+}
+
+/// E0110: a list in square brackets.
+pub(crate) fn list_in_brackets(span: Span, edits: Vec<Edit>) -> Diagnostic {
+    Diagnostic::error(SYNTAX, span, "a list stands in braces")
+        .label("square brackets are for indices")
+        .help("only a declaration takes a list: `float a[3] = {1, 2, 3}`")
+        .fix("write braces", edits)
+}
+
+/// E0110: metadata in single brackets.
+pub(crate) fn single_brackets(open: Span, close: Span, edits: Vec<Edit>) -> Diagnostic {
+    Diagnostic::error(SYNTAX, open, "metadata stands in double brackets")
+        .label("a single bracket")
+        .also(close, "and here")
+        .fix("write `[[` and `]]`", edits)
+}
+
+/// E0110: metadata without its type.
+pub(crate) fn untyped_metadata(span: Span, name: &str, before: Span, ty: &str) -> Diagnostic {
+    Diagnostic::error(SYNTAX, span, format!("the metadata `{name}` has no type"))
+        .label("a type is missing before this")
+        .suggest(format!("write `{ty} {name}`"), vec![Edit { span: before, text: format!("{ty} ") }])
+}
+
+/// E0110: a word before the type of a parameter.
+pub(crate) fn qualifier(span: Span, word: &str, edit: Edit) -> Diagnostic {
+    let d = Diagnostic::error(SYNTAX, span, format!("`{word}` is no qualifier of OSL")).label("not a type");
+    match edit.text.is_empty() {
+        true => d.help("a parameter is an input unless it says `output`").fix("leave it out", vec![edit]),
+        false => d.help("a parameter that returns a value is an `output`").fix("write `output`", vec![edit]),
+    }
+}
+
+/// E0112: a `}` that ends the declaration `name` before the statements at `next`, so that the one at `stray`
+/// closes nothing. `sure`: the indentation says that this one is too many.
+pub(crate) fn extra_brace(span: Span, name: &str, next: Span, stray: Span, sure: bool) -> Diagnostic {
+    let d = Diagnostic::error(STRAY_CLOSER, span, format!("there is a `}}` too many in `{name}`"))
+        .also(next, format!("a brace before this closes `{name}`, so this stands outside of it"))
+        .also(stray, "and this one closes nothing");
+    match sure {
+        true => d
+            .label("it is not indented like the block that it closes")
+            .suggest("remove the `}`", vec![Edit { span, text: String::new() }]),
+        false => d.label(format!("closes `{name}`")).help("remove one of the braces before this place"),
+    }
+}
+
+/// E0111: a block without its `}`, where the indentation says at which token it ends.
+pub(crate) fn unclosed_block(opener: Span, ends: Span) -> Diagnostic {
+    Diagnostic::error(UNCLOSED, opener, "this `{` is never closed")
+        .label("the block begins here")
+        .also(ends, "by the indentation, it ends before this")
+}
+
 /// E0111: brackets that are still open at the end of the text or where something else begins.
 pub(crate) fn unclosed(span: Span, found: &str, opener: Span, bracket: &str) -> Diagnostic {
     Diagnostic::error(UNCLOSED, span, format!("found {found}, but a `{bracket}` is still open"))
@@ -109,12 +177,17 @@ pub(crate) fn not_assignable(span: Span, action: &str) -> Diagnostic {
         .note("a target is a name, with indices and fields behind it; parentheses make it a value")
 }
 
-/// E0115: `[ ]` or `.` after something that is not a variable.
-pub(crate) fn not_indexable(span: Span, action: &str) -> Diagnostic {
-    Diagnostic::error(NOT_INDEXABLE, span, format!("cannot {action} this expression"))
+/// E0115: `[ ]` or `.` after something that is not a variable; `text`: a string.
+pub(crate) fn not_indexable(span: Span, action: &str, text: bool) -> Diagnostic {
+    let d = Diagnostic::error(NOT_INDEXABLE, span, format!("cannot {action} this expression"))
         .label("not a variable")
-        .note("OSL takes components, elements and fields of variables only")
-        .help("assign it to a variable first")
+        .note("OSL takes components, elements and fields of variables only");
+    match text {
+        true => d.help(
+            "the channel of a texture is an option: `texture(\"file.exr\", u, v, \"firstchannel\", 0)`",
+        ),
+        false => d.help("assign it to a variable first"),
+    }
 }
 
 /// E0115: a fourth consecutive index.
@@ -124,11 +197,19 @@ pub(crate) fn too_many_indices(span: Span) -> Diagnostic {
         .note("an array of matrices, which takes three, is the deepest there is")
 }
 
-/// E0116: a length that is not a positive int literal.
-pub(crate) fn array_length(span: Span) -> Diagnostic {
-    Diagnostic::error(ARRAY_LENGTH, span, "an array length is an int literal of at least 1")
+/// E0116: a length that is not a positive int literal; `listed` is the number of values of an array without a
+/// length.
+pub(crate) fn array_length(span: Span, listed: Option<usize>) -> Diagnostic {
+    let d = Diagnostic::error(ARRAY_LENGTH, span, "an array length is an int literal of at least 1")
         .label("not such a literal")
-        .help("a macro that stands for a literal will do")
+        .help("a macro that stands for a literal will do");
+    match listed {
+        Some(n) => {
+            let at = Span::new(span.end - 1, span.end - 1);
+            d.fix(format!("write the length, {n}"), vec![Edit { span: at, text: n.to_string() }])
+        }
+        None => d,
+    }
 }
 
 /// E0117: an array initialiser that is not a list; `values`: one in parentheses.

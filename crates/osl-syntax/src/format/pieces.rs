@@ -196,7 +196,7 @@ impl<'a> Splitter<'a> {
                 self.push(Kind::Str, close.unwrap_or(end));
             }
             Raw::Char | Raw::OpenChar => {
-                self.found.push(errors::char_literal(span));
+                self.found.push(errors::char_literal(span, text));
                 self.at = end;
             }
             kind => match fixed(kind, &joined(text)) {

@@ -1,7 +1,7 @@
 //! The text of a syntax error: the token found, the tokens that would fit, and the likely slip.
 
 use super::words::{describe, words};
-use super::{Failure, Stream, recover, slips};
+use super::{Failure, Stream, foreign, recover};
 use crate::ast::TypeName;
 use crate::brackets::Brackets;
 use crate::diagnostic::Diagnostic;
@@ -23,7 +23,7 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     {
         return errors::stray_closer(span, found.trim_matches('`'));
     }
-    if let Some(slip) = slips::find(stream, failure, sources) {
+    if let Some(slip) = foreign::find(stream, failure, sources) {
         return slip.diagnostic;
     }
     if let Some(before) = lacks_semicolon(stream, failure, sources) {
@@ -154,7 +154,10 @@ fn hint(stream: &Stream, at: usize, d: Diagnostic) -> Diagnostic {
         (Some(Token::Ident(_)), Some(Token::LBrace)) if top => {
             d.help("a parameter list `( )` stands before the body")
         }
-        (_, Some(Token::Unused)) => d.help("the word is reserved, but nothing in the language uses it"),
+        // `illuminance` and `illuminate`.
+        (_, Some(Token::Unused)) => {
+            d.help("OSL has no lights in shaders: a surface assigns closures to `Ci`")
+        }
         _ => d,
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! A slip has its own message, with the edit, and a remedy: the tokens that recovery reads instead, so that
 //! the rest of the statement is still checked. This module must not know the grammar: the parser has told
-//! where it failed and what it expects there.
+//! where it failed and what it expects there. Larger constructs of other languages are in `foreign`.
 
 use super::recover::{is_init_list, stand_in};
 use super::words::{describe, words};
@@ -21,13 +21,13 @@ use std::ops::Range;
 /// A slip: its message, and what to read instead.
 pub(crate) struct Slip {
     pub(super) diagnostic: Diagnostic,
-    remedy: Remedy,
+    pub(super) remedy: Remedy,
     /// The part of the file about which the remedy is a guess, if that is more than its own place.
-    guess: Option<Span>,
+    pub(super) guess: Option<Span>,
 }
 
 /// Replacements of tokens, in order.
-type Remedy = Vec<(Range<usize>, Vec<(Token, Span)>)>;
+pub(super) type Remedy = Vec<(Range<usize>, Vec<(Token, Span)>)>;
 
 /// The words that begin a statement, with their tokens.
 const STATEMENTS: [(&str, Token); 8] = [
@@ -46,7 +46,7 @@ const MAX_CONDITION: usize = 200;
 
 /// The slip behind a failure, if there is one.
 pub(crate) fn find(stream: &Stream, failure: &Failure, sources: &SourceMap) -> Option<Slip> {
-    let slips = Slips { stream, failure, sources, at: failure.at };
+    let slips = Slips::new(stream, failure, sources);
     slips
         .keyword()
         .or_else(|| slips.operator())
@@ -59,7 +59,7 @@ pub(crate) fn find(stream: &Stream, failure: &Failure, sources: &SourceMap) -> O
 
 /// The misspelt keyword behind a failure, if there is one: no missing token explains it.
 pub(crate) fn misspelt(stream: &Stream, failure: &Failure, sources: &SourceMap) -> Option<Slip> {
-    Slips { stream, failure, sources, at: failure.at }.keyword()
+    Slips::new(stream, failure, sources).keyword()
 }
 
 /// Replaces the tokens of a slip by those that were meant. Returns the places of the replacements.
@@ -81,28 +81,34 @@ impl Slip {
     }
 }
 
-struct Slips<'a> {
-    stream: &'a Stream,
-    failure: &'a Failure,
-    sources: &'a SourceMap,
-    at: usize,
+pub(super) struct Slips<'a> {
+    pub(super) stream: &'a Stream,
+    pub(super) failure: &'a Failure,
+    pub(super) sources: &'a SourceMap,
+    pub(super) at: usize,
+}
+
+impl<'a> Slips<'a> {
+    pub(super) fn new(stream: &'a Stream, failure: &'a Failure, sources: &'a SourceMap) -> Self {
+        Self { stream, failure, sources, at: failure.at }
+    }
 }
 
 impl Slips<'_> {
-    fn token(&self, at: usize) -> Option<&Token> {
+    pub(super) fn token(&self, at: usize) -> Option<&Token> {
         self.stream.tokens.get(at)
     }
 
     /// The token this many places before the failure.
-    fn before(&self, n: usize) -> Option<&Token> {
+    pub(super) fn before(&self, n: usize) -> Option<&Token> {
         self.token(self.at.checked_sub(n)?)
     }
 
-    fn span(&self, at: usize) -> Span {
+    pub(super) fn span(&self, at: usize) -> Span {
         self.stream.spans.get(at).copied().unwrap_or(self.stream.end)
     }
 
-    fn here(&self) -> Span {
+    pub(super) fn here(&self) -> Span {
         self.span(self.at)
     }
 
@@ -110,12 +116,12 @@ impl Slips<'_> {
         self.failure.expected.iter().any(|e| e.trim_matches('"') == terminal)
     }
 
-    fn found(&self) -> String {
+    pub(super) fn found(&self) -> String {
         self.token(self.at).map_or("the end of the file".into(), describe)
     }
 
     /// The text between two tokens in the same file, if they were written there in this order.
-    fn between(&self, first: usize, second: usize) -> Option<&str> {
+    pub(super) fn between(&self, first: usize, second: usize) -> Option<&str> {
         let (a, b) = (self.span(first), self.span(second));
         let file = self.sources.file_at(a.start)?;
         if a.end > b.start {
@@ -192,7 +198,7 @@ impl Slips<'_> {
         self.sources.text(self.span(at)) == text
     }
 
-    /// `=>`, `=<`, `<>` and `**`.
+    /// `=>`, `=<`, `<>`, `->` and `**`.
     fn operator(&self) -> Option<Slip> {
         let last = self.at.checked_sub(1)?;
         if !self.adjacent(last, self.at) {
@@ -202,6 +208,7 @@ impl Slips<'_> {
             (Token::Assign, Token::RelOp(BinaryOp::Gt)) => (Token::RelOp(BinaryOp::Ge), ">="),
             (Token::Assign, Token::RelOp(BinaryOp::Lt)) => (Token::RelOp(BinaryOp::Le), "<="),
             (Token::RelOp(BinaryOp::Lt), Token::RelOp(BinaryOp::Gt)) => (Token::EqOp(BinaryOp::Ne), "!="),
+            (Token::Minus, Token::RelOp(BinaryOp::Gt)) => (Token::Dot, "."),
             (Token::MulOp(BinaryOp::Mul), Token::MulOp(BinaryOp::Mul)) => {
                 let d = errors::syntax(self.here(), &self.found(), "an operand")
                     .help("OSL has no operator for powers: write `pow(a, b)`");
@@ -397,6 +404,6 @@ impl Slips<'_> {
     }
 }
 
-fn insertion(at: Span, text: &str) -> Edit {
+pub(super) fn insertion(at: Span, text: &str) -> Edit {
     Edit { span: at, text: text.to_owned() }
 }

@@ -61,7 +61,10 @@ impl Preprocessor<'_> {
             }
             "line" => self.line_directive(span, rest),
             "pragma" => self.pragma(span, rest),
-            _ => self.diagnostics.push(errors::unknown_directive(span, &name)),
+            _ => {
+                let comment = head.space && rest.first().is_some_and(|word| word.kind == Raw::Ident);
+                self.diagnostics.push(errors::unknown_directive(span, &name, comment.then_some(hash.span)));
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 use super::Insertion;
 use crate::brackets::Brackets;
 use crate::diagnostic::Edit;
+use crate::layout;
 use crate::parser::Stream;
 use crate::span::Span;
 use crate::token::Token;
@@ -90,33 +91,125 @@ fn spelling(token: &Token) -> &'static str {
     }
 }
 
+/// A stream with its insertions: tokens, locations, and which tokens are inserted.
+struct Inserted {
+    tokens: Vec<Token>,
+    spans: Vec<Span>,
+    inserted: Vec<usize>,
+}
+
+impl Inserted {
+    fn new(stream: &Stream, insertions: &[&Insertion]) -> Self {
+        let mut all = Self { tokens: Vec::new(), spans: Vec::new(), inserted: Vec::new() };
+        let mut rest = insertions.iter().peekable();
+        for at in 0..=stream.tokens.len() {
+            while let Some(i) = rest.next_if(|i| i.before == at) {
+                all.inserted.push(all.tokens.len());
+                all.tokens.push(i.token.clone());
+                let behind = at.checked_sub(1).and_then(|n| stream.spans.get(n)).copied();
+                all.spans.push(behind.unwrap_or_default());
+            }
+            all.tokens.extend(stream.tokens.get(at).cloned());
+            all.spans.extend(stream.spans.get(at).copied());
+        }
+        all
+    }
+}
+
+/// What insertions make of the conditions and loops whose statements they end.
+pub(super) fn changes(stream: &Stream, text: &str, insertions: &[Insertion]) -> Vec<(Span, String)> {
+    let mut sorted: Vec<&Insertion> = insertions.iter().collect();
+    sorted.sort_by_key(|i| i.before);
+    let all = Inserted::new(stream, &sorted);
+    let brackets = Brackets::of(&all.tokens);
+    let line = |span: Span| text.get(..span.start as usize).unwrap_or("").matches('\n').count() + 1;
+    let mut changes = Vec::new();
+    for at in &all.inserted {
+        // What the statement ends with: its block, or the `;` that is all of it.
+        let ends = match all.tokens.get(*at) {
+            Some(Token::RBrace) => brackets.parent(*at),
+            Some(Token::Semi) => Some(*at),
+            _ => None,
+        };
+        let before = ends.and_then(|n| n.checked_sub(1));
+        let head = match before.and_then(|n| Some((n, all.tokens.get(n)?))) {
+            Some((n, Token::RParen)) => brackets.parent(n).and_then(|n| n.checked_sub(1)),
+            Some((n, Token::Else | Token::Do)) => Some(n),
+            _ => None,
+        };
+        let word = match head.and_then(|n| all.tokens.get(n)) {
+            Some(Token::If) => "if",
+            Some(Token::For) => "for",
+            Some(Token::While) => "while",
+            Some(Token::Else) => "else",
+            Some(Token::Do) => "do",
+            _ => continue,
+        };
+        let Some(span) = head.and_then(|n| all.spans.get(n)).copied() else { continue };
+        let last = all.spans.get(*at).copied().unwrap_or(stream.end);
+        let end = Span::new(last.end.saturating_sub(1), last.end);
+        changes.push((span, format!("the `{word}` of line {} ends in line {}", line(span), line(end))));
+    }
+    changes
+}
+
+/// Blocks that the indentation ends, but no `}`: the opening brace, and the token before which the block ends.
+/// Lines count whose first token is in the main file. A block counts if its first line is indented deeper than
+/// the line that opens it.
+pub(super) fn unclosed_blocks(stream: &Stream, text: &str) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    // The opening brace, and the indentation of its line.
+    let mut open: Vec<(usize, Option<&str>)> = Vec::new();
+    for (at, (token, span)) in stream.tokens.iter().zip(&stream.spans).enumerate() {
+        let indent = || layout::indent(text, span.start as usize);
+        if is_plain(stream, at, text) && gap(stream, at, text).contains('\n') {
+            let own = indent();
+            if let Some((opener, outer)) = open.last_mut()
+                && *opener + 1 == at
+                && !outer.is_some_and(|outer| is_deeper(own, outer))
+                && *token != Token::RBrace
+            {
+                *outer = None;
+            }
+            while let Some((opener, Some(outer))) = open.last()
+                && !is_deeper(own, outer)
+                && !(own == *outer && matches!(token, Token::RBrace | Token::LBrace))
+            {
+                found.push((*opener, at));
+                open.pop();
+            }
+        }
+        match token {
+            Token::LBrace => {
+                // The values of a list are not judged, nor is a block that begins in the middle of its line.
+                let ends = gap(stream, at + 1, text).contains('\n');
+                open.push((at, ends.then(indent)));
+            }
+            Token::RBrace => {
+                open.pop();
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Whether an indentation begins with another and is longer.
+fn is_deeper(inner: &str, outer: &str) -> bool {
+    inner.len() > outer.len() && inner.starts_with(outer)
+}
+
 /// The indentation of the lines whose braces the inserted ones close, in order of insertion.
 struct Indents(std::vec::IntoIter<String>);
 
 impl Indents {
     fn new(stream: &Stream, text: &str, insertions: &[&Insertion]) -> Self {
         // The repaired stream: the partner of an inserted brace determines its indentation.
-        let mut tokens = Vec::new();
-        let mut spans = Vec::new();
-        let mut inserted = Vec::new();
-        let mut rest = insertions.iter().peekable();
-        for at in 0..=stream.tokens.len() {
-            while let Some(i) = rest.next_if(|i| i.before == at) {
-                inserted.push(tokens.len());
-                tokens.push(i.token.clone());
-                let behind = at.checked_sub(1).and_then(|n| stream.spans.get(n)).copied();
-                spans.push(behind.unwrap_or_default());
-            }
-            tokens.extend(stream.tokens.get(at).cloned());
-            spans.extend(stream.spans.get(at).copied());
-        }
+        let Inserted { tokens, spans, inserted } = Inserted::new(stream, insertions);
         let brackets = Brackets::of(&tokens);
         let indent = |at: &usize| {
             let opener = brackets.parent(*at).filter(|o| !inserted.contains(o))?;
-            let start = spans.get(opener)?.start as usize;
-            let line = text.get(..start)?.rfind('\n').map_or(0, |n| n + 1);
-            let line = text.get(line..)?;
-            Some(line[..line.len() - line.trim_start_matches([' ', '\t']).len()].to_owned())
+            Some(layout::indent(text, spans.get(opener)?.start as usize).to_owned())
         };
         let braces = inserted.iter().filter(|at| tokens.get(**at) == Some(&Token::RBrace));
         Self(braces.map(|at| indent(at).unwrap_or_default()).collect::<Vec<_>>().into_iter())

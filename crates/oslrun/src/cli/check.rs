@@ -123,7 +123,7 @@ fn one(
     counts.unclosed += usize::from(list.iter().any(is_unclosed));
     counts.errors += list.iter().filter(|d| d.is_error()).count();
     counts.warnings += list.iter().filter(|d| !d.is_error()).count();
-    report::diagnostics(&list, &checked.sources, &args.read, err)
+    report::folded(&list, &checked.sources, (&args.read, &args.lints), err)
 }
 
 /// Prints the difference between a file and its fixed text.

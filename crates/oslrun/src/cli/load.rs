@@ -11,7 +11,7 @@ use osl_hir::lint::Level;
 use osl_ir::ir::{Body, Const};
 use osl_ir::types::Type;
 use osl_limits::Limits;
-use osl_lower::group::{Group, Layer};
+use osl_lower::group::{End, Group, Layer};
 use osl_lower::params::{self, ParamError, ParamValues};
 use osl_lower::taps::{self, Tap, TapPath};
 use osl_lower::{Last, Requests};
@@ -270,6 +270,9 @@ fn shader(
     let mut given = ParamValues::default();
     for (name, text) in request.params {
         params::set(&program, &mut given, name, text).map_err(Failure::new)?;
+        if let Some(doubt) = params::doubt(&program, name, text) {
+            report::warning(&doubt, request.read, err);
+        }
     }
     let texts = params::texts(&program, &given);
     let texts = texts.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
@@ -406,6 +409,9 @@ fn group(
         typed.extend(group.layers().iter().flat_map(|layer| strings(&layer.program, &layer.values)));
     }
     typed.extend(set_params(&mut group, request.params)?);
+    for doubt in doubts(&group, request.params) {
+        report::warning(&doubt, request.read, err);
+    }
     let outputs = asked(&group, &last, request.outputs)?;
     let layers: Vec<_> = group.layers().iter().map(|layer| (&*layer.program, layer.base)).collect();
     let taps = taps(request.taps, &layers, &checked.sources)?;
@@ -463,6 +469,25 @@ fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<Vec<Strin
         }
     }
     Ok(texts)
+}
+
+/// Doubts about given values: those of each value, and values that a connection replaces.
+fn doubts(group: &Group, given: &[(String, String)]) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for (path, text) in given {
+        let (at, name) = layer_of(group, path);
+        let Some(layer) = group.layers().get(at) else { continue };
+        doubts.extend(params::doubt(&layer.program, name, text));
+        let whole = |end: &End| end.fields.is_empty() && end.component.is_none();
+        let param = layer.program.param(name);
+        let mut connections = group.connections().iter();
+        let source = connections.find(|c| c.to.layer == at && Some(c.to.param) == param && whole(&c.to));
+        if let Some(connection) = source {
+            let from = group.show(&connection.from);
+            doubts.push(format!("`-p {path}` has no effect: the parameter takes its value from {from}"));
+        }
+    }
+    doubts
 }
 
 /// The requested outputs of layers before the last. Fails if a requested output does not exist.

@@ -26,8 +26,29 @@ pub(super) fn command(args: &[OsString]) -> Option<String> {
     if let Some(same) = names.iter().find(|name| **name == word) {
         return Some(format!("there is no command `{}`; did you mean `{same}`?", args.get(1)?.to_str()?));
     }
+    if args.get(2).is_some_and(is_shader)
+        && let Some(option) = all.get_arguments().filter_map(clap::Arg::get_long).find(|long| *long == word)
+    {
+        let file = args.get(2)?.to_string_lossy();
+        return Some(format!("there is no command `{word}`, but an option: `oslrun {file} --{option}`"));
+    }
     let close = closest(&word, names.iter().copied())?;
     Some(format!("there is no file and no command `{word}`; did you mean `{close}`?"))
+}
+
+fn is_shader(word: &OsString) -> bool {
+    Path::new(word).extension().is_some_and(|ending| ending == "osl" || ending == "oso")
+}
+
+/// The message for `-p NAME VALUE`, without the `=`.
+fn split_value(args: &[OsString]) -> Option<String> {
+    args.windows(3).find_map(|words| {
+        let [option, name, value] = words else { return None };
+        let (name, value) = (name.to_str()?, value.to_str()?);
+        let is_param = option == "-p" || option == "--param";
+        (is_param && !name.contains('=') && !value.starts_with('-'))
+            .then(|| format!("a parameter and its value are one word: `-p {name}={value}`"))
+    })
 }
 
 /// The message for a run of several shaders.
@@ -36,10 +57,9 @@ pub(super) fn usage(args: &[OsString], error: &Error) -> Option<String> {
         error.kind(),
         ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict | ErrorKind::InvalidSubcommand
     );
-    let is_shader = |word: &OsString| {
-        let path = Path::new(word);
-        path.extension().is_some_and(|ending| ending == "osl" || ending == "oso")
-    };
+    if let Some(text) = split_value(args).filter(|_| is_unexpected) {
+        return Some(text);
+    }
     // Only words before the first option can be files without doubt.
     let files = args.iter().skip(1).take_while(|word| is_shader(word)).count();
     (is_unexpected && files > 1).then(|| {

@@ -22,6 +22,9 @@ pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write
         };
         let diff = diff::unified(&input.name, (&input.text, &found.text), "repaired");
         let _ = write!(err, "{}", shown(&diff));
+        for (_, change) in &found.changes {
+            let _ = writeln!(err, "note: {change}");
+        }
         input.text = found.text;
     }
     if let Some(path) = write {

@@ -8,6 +8,7 @@ use osl_syntax::escape::shown;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::io::Write;
 
 /// Prints diagnostics; fails if one is an error.
@@ -32,6 +33,63 @@ pub(super) fn diagnostics(
         }
     }
     if list.iter().any(Diagnostic::is_error) { Err(Failure::said()) } else { Ok(()) }
+}
+
+/// Maximum number of warnings of one kind in a file that are printed in full.
+const MOST_OF_A_KIND: usize = 5;
+
+/// Prints diagnostics of a file. Warnings in other files, such as included ones, and many warnings of one
+/// kind are counted only, unless the command line asks for them by name. Fails if one is an error.
+pub(super) fn folded(
+    list: &[Diagnostic],
+    sources: &SourceMap,
+    (read, lints): (&ReadArgs, &LintArgs),
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    if read.message_format == MessageFormat::Json {
+        return diagnostics(list, sources, read, err);
+    }
+    let main = sources.files().first().map_or("", |file| &*file.name).to_owned();
+    let mut elsewhere: BTreeMap<String, Vec<Code>> = BTreeMap::new();
+    let mut kinds: BTreeMap<Code, usize> = BTreeMap::new();
+    let keeps = |d: &&Diagnostic| {
+        if d.is_error() || lints.asks_for(d.code) {
+            return true;
+        }
+        match sources.place(d.span).filter(|place| place.file != main) {
+            Some(place) => {
+                elsewhere.entry(place.file).or_default().push(d.code);
+                false
+            }
+            None => {
+                let n = kinds.entry(d.code).or_default();
+                *n += 1;
+                *n <= MOST_OF_A_KIND
+            }
+        }
+    };
+    let kept: Vec<Diagnostic> = list.iter().filter(keeps).cloned().collect();
+    let result = diagnostics(&kept, sources, read, err);
+    for (file, codes) in elsewhere {
+        let text = format!("{} in {file} ({}); `-W all` shows them", warnings(codes.len()), names(codes));
+        let _ = writeln!(err, "note: {}", shown(&text));
+    }
+    for (code, n) in kinds.into_iter().filter(|(_, n)| *n > MOST_OF_A_KIND) {
+        let (more, name) = (n - MOST_OF_A_KIND, code.name);
+        let _ = writeln!(err, "note: {more} more of {name}; `-W {name}` shows them");
+    }
+    result
+}
+
+fn warnings(n: usize) -> String {
+    if n == 1 { "1 warning".to_string() } else { format!("{n} warnings") }
+}
+
+/// The names of codes, each once.
+fn names(mut codes: Vec<Code>) -> String {
+    codes.sort_unstable();
+    codes.dedup();
+    codes.iter().map(|code| code.name).collect::<Vec<_>>().join(", ")
 }
 
 /// Prints a warning about an option that has no effect.
@@ -61,16 +119,10 @@ pub(super) fn before_run(
     let (shown, counted): (Vec<Diagnostic>, Vec<Diagnostic>) =
         list.iter().cloned().partition(|d| d.is_error() || lints.asks_for(d.code));
     let result = diagnostics(&shown, sources, read, err);
-    let mut codes: Vec<Code> = counted.iter().map(|d| d.code).collect();
-    codes.sort_unstable();
-    codes.dedup();
-    let names: Vec<&str> = codes.iter().map(|code| code.name).collect();
-    let n = match counted.len() {
-        0 => return result,
-        1 => "1 warning".to_string(),
-        n => format!("{n} warnings"),
-    };
-    let _ = writeln!(err, "note: {n} ({}); `oslrun check` shows the text", names.join(", "));
+    if !counted.is_empty() {
+        let names = names(counted.iter().map(|d| d.code).collect());
+        let _ = writeln!(err, "note: {} ({names}); `oslrun check` shows the text", warnings(counted.len()));
+    }
     result
 }
 

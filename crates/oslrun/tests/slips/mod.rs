@@ -55,7 +55,10 @@ pub(crate) fn slips() -> Vec<Slip> {
 
 /// The body of a shader as a file; other texts are files already.
 fn whole(text: &str) -> String {
-    match text.contains("s(") && text.contains("output") {
+    match text.contains("s(") && text.contains("output")
+        || text.contains("shader s(")
+        || text.starts_with("void ")
+    {
         true => format!("{text}\n"),
         false => format!("shader s(float f = 1, color c = 1, output float r = 0) {{\n{text}\n}}\n"),
     }

@@ -158,7 +158,9 @@ pub(super) struct RunArgs {
     /// The samples of each pixel.
     #[command(flatten)]
     pub(super) sampling: SampleArgs,
-    /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. In a group, the
+    /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, tint=#ff8800 (converted from sRGB to
+    /// linear, as color pickers mean it), spacename=object, and for an int with the metadata `mapper` a name
+    /// in it, as in mode=Radial. In a group, the
     /// parameter belongs to the last layer; LAYER.NAME=VALUE sets one of another layer. Of a number,
     /// radius=0.1:0.5:5 are 5 values from 0.1 to 0.5: the run makes a sheet of pictures, a row for one such
     /// parameter and a table for two.
