@@ -123,67 +123,89 @@ pub(super) fn changes(stream: &Stream, text: &str, insertions: &[Insertion]) -> 
     let all = Inserted::new(stream, &sorted);
     let brackets = Brackets::of(&all.tokens);
     let line = |span: Span| text.get(..span.start as usize).unwrap_or("").matches('\n').count() + 1;
+    let head = |end: usize| {
+        let before = match all.tokens.get(end) {
+            Some(Token::RBrace) => brackets.parent(end)?.checked_sub(1)?,
+            // A `;` that is the whole statement.
+            Some(Token::Semi) => end.checked_sub(1)?,
+            _ => return None,
+        };
+        let head = match all.tokens.get(before)? {
+            Token::RParen => brackets.parent(before)?.checked_sub(1)?,
+            Token::Else | Token::Do => before,
+            _ => return None,
+        };
+        let word = match all.tokens.get(head)? {
+            Token::If => "if",
+            Token::For => "for",
+            Token::While => "while",
+            Token::Else => "else",
+            Token::Do => "do",
+            _ => return None,
+        };
+        Some((*all.spans.get(head)?, word))
+    };
     let mut changes = Vec::new();
     for at in &all.inserted {
-        // What the statement ends with: its block, or the `;` that is all of it.
-        let ends = match all.tokens.get(*at) {
-            Some(Token::RBrace) => brackets.parent(*at),
-            Some(Token::Semi) => Some(*at),
-            _ => None,
+        // A brace that ends a declaration leaves the one before it to the last condition or loop.
+        let inside = || brackets.parent(*at).map_or(0..0, |opener| opener + 1..*at);
+        let end = match head(*at) {
+            Some(_) => Some(*at),
+            None if all.tokens.get(*at) == Some(&Token::RBrace) => {
+                inside().rev().find(|n| all.tokens.get(*n) == Some(&Token::RBrace) && head(*n).is_some())
+            }
+            None => None,
         };
-        let before = ends.and_then(|n| n.checked_sub(1));
-        let head = match before.and_then(|n| Some((n, all.tokens.get(n)?))) {
-            Some((n, Token::RParen)) => brackets.parent(n).and_then(|n| n.checked_sub(1)),
-            Some((n, Token::Else | Token::Do)) => Some(n),
-            _ => None,
-        };
-        let word = match head.and_then(|n| all.tokens.get(n)) {
-            Some(Token::If) => "if",
-            Some(Token::For) => "for",
-            Some(Token::While) => "while",
-            Some(Token::Else) => "else",
-            Some(Token::Do) => "do",
-            _ => continue,
-        };
-        let Some(span) = head.and_then(|n| all.spans.get(n)).copied() else { continue };
-        let last = all.spans.get(*at).copied().unwrap_or(stream.end);
-        let end = Span::new(last.end.saturating_sub(1), last.end);
-        changes.push((span, format!("the `{word}` of line {} ends in line {}", line(span), line(end))));
+        let Some((end, (span, word))) = end.and_then(|end| Some((end, head(end)?))) else { continue };
+        let last = all.spans.get(end).copied().unwrap_or(stream.end);
+        let last = Span::new(last.end.saturating_sub(1), last.end);
+        changes.push((span, format!("the `{word}` of line {} ends in line {}", line(span), line(last))));
     }
     changes
 }
 
+/// A block that is open.
+struct OpenBlock<'t> {
+    opener: usize,
+    /// The indentation of the line that opens it, if the block can be judged by it.
+    outer: Option<&'t str>,
+    /// The indentation of its first line.
+    inner: Option<&'t str>,
+}
+
 /// Blocks that the indentation ends, but no `}`: the opening brace, and the token before which the block ends.
 /// Lines count whose first token is in the main file. A block counts if its first line is indented deeper than
-/// the line that opens it.
+/// the line that opens it. Nothing is found if a later statement is indented deeper than its block, since then
+/// the indentation says nothing.
 pub(super) fn unclosed_blocks(stream: &Stream, text: &str) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
-    // The opening brace, and the indentation of its line.
-    let mut open: Vec<(usize, Option<&str>)> = Vec::new();
+    let mut open: Vec<OpenBlock<'_>> = Vec::new();
     for (at, (token, span)) in stream.tokens.iter().zip(&stream.spans).enumerate() {
         let indent = || layout::indent(text, span.start as usize);
         if is_plain(stream, at, text) && gap(stream, at, text).contains('\n') {
             let own = indent();
-            if let Some((opener, outer)) = open.last_mut()
-                && *opener + 1 == at
-                && !outer.is_some_and(|outer| is_deeper(own, outer))
-                && *token != Token::RBrace
-            {
-                *outer = None;
+            if let Some(block) = open.last_mut().filter(|block| block.opener + 1 == at) {
+                block.outer = block.outer.filter(|outer| *token == Token::RBrace || is_deeper(own, outer));
+                block.inner = Some(own);
             }
-            while let Some((opener, Some(outer))) = open.last()
+            while let Some(OpenBlock { opener, outer: Some(outer), .. }) = open.last()
                 && !is_deeper(own, outer)
                 && !(own == *outer && matches!(token, Token::RBrace | Token::LBrace))
             {
                 found.push((*opener, at));
                 open.pop();
             }
+            let begins = matches!(stream.tokens.get(at.wrapping_sub(1)), Some(Token::Semi | Token::RBrace));
+            let inner = open.last().map_or(Some(""), |block| block.inner);
+            if begins && !found.is_empty() && inner.is_some_and(|inner| is_deeper(own, inner)) {
+                return Vec::new();
+            }
         }
         match token {
             Token::LBrace => {
-                // The values of a list are not judged, nor is a block that begins in the middle of its line.
+                // A block that begins in the middle of its line is not judged.
                 let ends = gap(stream, at + 1, text).contains('\n');
-                open.push((at, ends.then(indent)));
+                open.push(OpenBlock { opener: at, outer: ends.then(indent), inner: None });
             }
             Token::RBrace => {
                 open.pop();

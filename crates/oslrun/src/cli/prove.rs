@@ -63,7 +63,7 @@ impl Over {
     fn ranges(&self, ty: Option<Type>) -> Result<Vec<Range>, Failure> {
         let fails =
             |why: &str| Failure::usage(format!("--over {}={}:{}: {why}", self.name, self.from, self.to));
-        let Some(ty) = ty else { return Err(fails("there is no such parameter")) };
+        let Some(ty) = ty else { return Err(Failure { code: 1, ..fails("there is no such parameter") }) };
         let is_number = matches!(ty.base, Base::Int | Base::Float) || ty.base.is_triple();
         if ty.is_array() || !is_number {
             return Err(fails("only an int, a float or a triple has a range"));

@@ -40,7 +40,6 @@ fn a_parameter_can_have_a_range() {
     );
     for (args, message) in [
         ("--over radius=1", "write NAME=FROM:TO"),
-        ("--over size=0:1", "there is no such parameter"),
         ("--over radius=1:0", "the first value is the smaller one"),
         ("--over rings=0.5:2", "write whole numbers"),
         ("--over radius=a:b", "write numbers"),
@@ -48,6 +47,8 @@ fn a_parameter_can_have_a_range() {
         let (code, _, err) = run(folder.path(), &format!("@/s.osl {args}"));
         assert!(code == 2 && err.contains(message), "{args}: {err}");
     }
+    let (code, _, err) = run(folder.path(), "@/s.osl --over size=0:1");
+    assert!(code == 1 && err.contains("there is no such parameter"), "{err}");
 }
 
 #[test]

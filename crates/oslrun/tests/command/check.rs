@@ -126,8 +126,14 @@ fn unknown_parameters_and_shaders_name_those_that_there_are() {
         "error: the shader has no parameter `gian`; there is one named `gain`\n"
     );
     assert_eq!(says(&["-p", "Bands=x"]), "error: parameter `Bands` is an int, and `x` is none\n");
-    let not_numbers = "error: parameter `Base` is a color, and `#ff8800` is none: write three numbers\n";
-    assert_eq!(says(&["-p", "Base=#ff8800"]), not_numbers);
+    let not_numbers =
+        "error: parameter `Base` is a color, and `#ff88` is none: write three numbers, or #ff8800\n";
+    assert_eq!(says(&["-p", "Base=#ff88"]), not_numbers);
+    let split = "error: a parameter and its value are one word: `-p Bands=3`\n";
+    assert_eq!(says(&["-p", "Bands", "3"]), split);
+    let (code, _, err) = oslrun(dir.path(), &["preview", "a.osl"]);
+    let option = "error: there is no command `preview`, but an option: `oslrun a.osl --preview`\n";
+    assert_eq!((code, err.as_str()), (2, option));
     let (_, _, err) = oslrun(dir.path(), &["--layer", "one=rmap"]);
     assert!(err.contains("there is one named `remap`"), "{err}");
 }
@@ -147,4 +153,104 @@ fn what_helps_stands_first() {
             && first.ends_with("takes these arguments in another order"),
         "{err}"
     );
+}
+
+/// A shader whose metadata name the values of two parameters.
+const NAMED: &str = "shader a(
+    int Mode = 0 [[ string widget = \"mapper\", string options = \"Radial:1|Linear:2\" ]],
+    string Kind = \"twill\" [[ string widget = \"popup\", string options = \"twill|plain\" ]],
+    float Pos[5] = { 1, 2, 3, 4, 5 }, color Base = 1, output float r = 0, output color c = 0)
+{
+    r = Mode + Pos[3] + 10 * (Kind == \"plain\");
+    c = Base;
+}
+";
+
+#[test]
+fn values_of_parameters_are_what_their_metadata_say() {
+    let dir = folder(&[("a.osl", NAMED)]);
+    let run = |value: &str| oslrun(dir.path(), &["a.osl", "-g", "2x2", "-p", value]);
+    let (_, out, err) = run("Mode=Linear");
+    assert!(out.starts_with("r[0]: 6 to 6") && err.is_empty(), "{out}{err}");
+    let (code, _, err) = run("Mode=Linaer");
+    let wrong =
+        "error: parameter `Mode` is an int, and `Linaer` is none: write a number, or one of Radial, Linear\n";
+    assert_eq!((code, err.as_str()), (1, wrong));
+    assert_eq!(run("Kind=plain").2, "");
+    let none = "warning: `twil` is none of the options of `Kind`, which are twill, plain; there is one named `twill`\n";
+    assert_eq!(run("Kind=twil").2, none);
+    let (_, out, err) = run("Pos=0,1");
+    let fewer =
+        "warning: parameter `Pos` has 5 elements, and 2 values are given: the other elements are zero\n";
+    assert!(out.starts_with("r[0]: 0 to 0") && err == fewer, "{out}{err}");
+    assert_eq!(run("Pos=0,1,2,3,4").2, "");
+    let (_, out, _) = run("Base=#f80");
+    assert!(
+        out.contains("c[0]: 1 to 1") && out.contains("c[1]: 0.246201") && out.contains("c[2]: 0 to 0"),
+        "{out}"
+    );
+    assert_eq!(run("Base=#ff8800").1, out);
+}
+
+#[test]
+fn connections_name_what_there_is_and_what_they_replace() {
+    let dir = folder(&[]);
+    let run = |group: &str| oslrun(dir.path(), &["--group", group, "-g", "2x2", "-p", "position=0.4"]).2;
+    let group = |output: &str| format!("shader fractal f; shader ramp r; connect f.{output} r.position");
+    assert!(run(&group("value")).contains("layer `f` has no parameter `value`; it has result, raw"));
+    let replaced = "warning: `-p position` has no effect: the parameter takes its value from f.result\n";
+    assert_eq!(run(&group("result")), replaced);
+}
+
+#[test]
+fn an_assignment_as_a_condition_is_told_by_a_run() {
+    let text = "shader s(int m = 0, output float r = 0) { int k = m; if (k = 1) r = 1; }\n";
+    let dir = folder(&[("a.osl", text)]);
+    let (_, _, err) = oslrun(dir.path(), &["a.osl", "-g", "2x2"]);
+    assert_eq!(err, "note: 1 warning (assignment-in-condition); `oslrun check` shows the text\n");
+}
+
+#[test]
+fn a_repair_says_which_statement_it_ends() {
+    let by_indentation = "shader b(output float r = 0, output float q = 0)
+{
+    if (u > 0.5) {
+        r = 1;
+    q = 2;
+    r += q;
+}
+";
+    let on_a_line = "shader b(output float r = 0) { if (u > 0.5) { r = 1; r += 2; }";
+    let dir = folder(&[("a.osl", by_indentation), ("b.osl", on_a_line)]);
+    let (_, out, err) = oslrun(dir.path(), &["a.osl", "--repair", "-g", "2x2"]);
+    assert!(
+        err.contains("+    }\n     q = 2;") && err.ends_with("note: the `if` of line 3 ends in line 4\n"),
+        "{err}"
+    );
+    assert!(out.contains("q[0]: 2 to 2"), "{out}");
+    let (_, _, err) = oslrun(dir.path(), &["b.osl", "--repair", "-g", "2x2"]);
+    assert!(err.ends_with("note: the `if` of line 1 ends in line 1\n"), "{err}");
+}
+
+#[test]
+fn warnings_of_other_files_and_many_of_a_kind_are_counted() {
+    let header = "float half(float x) { x *= 0.5; return x; }\nfloat twice(float y) { y *= 2; return y; }\n";
+    let function = |n: usize| format!("float f{n}(float x, float y) {{ return x; }}\n");
+    let calls: String = (0..8).map(|n| format!("r += f{n}(u, v); ")).collect();
+    let functions: String = (0..8).map(function).collect();
+    let shader = format!("shader s(output float r = 0) {{ {calls}r += half(u) + twice(v); }}\n");
+    let text = format!("#include \"h.h\"\n{functions}{shader}");
+    let dir = folder(&[("a.osl", &text), ("h.h", header)]);
+    let (code, _, err) = oslrun(dir.path(), &["check", "a.osl"]);
+    assert!(code == 0 && err.matches("warning[W0302]").count() == 5, "{err}");
+    assert!(err.contains("note: 2 warnings in h.h (writes-read-only); `-W all` shows them\n"), "{err}");
+    assert!(err.contains("note: 3 more of unused-parameter; `-W unused-parameter` shows them\n"), "{err}");
+    assert!(err.ends_with("no errors, 10 warnings in 1 file\n"), "{err}");
+    let (_, _, err) = oslrun(dir.path(), &["check", "a.osl", "-W", "all"]);
+    assert!(
+        err.matches("warning[W0302]").count() == 8 && err.matches("warning[W0203]").count() == 2,
+        "{err}"
+    );
+    let (_, _, err) = oslrun(dir.path(), &["check", "a.osl", "--message-format", "json"]);
+    assert_eq!(err.lines().count(), 10, "{err}");
 }

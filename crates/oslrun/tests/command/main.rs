@@ -43,6 +43,7 @@ mod manners;
 mod networks;
 mod on;
 mod preview;
+mod readme;
 mod render;
 mod sampling;
 mod sanitize;

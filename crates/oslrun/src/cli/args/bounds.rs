@@ -95,7 +95,7 @@ impl Bounds {
         if let Some((name, _)) = self.each.iter().find(|(name, _)| !outputs.iter().any(|o| *o.name == **name))
         {
             let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
-            return Err(Failure::usage(format!(
+            return Err(Failure::new(format!(
                 "--max-error: `{name}` is no output of this picture; its outputs are {}",
                 names.join(", ")
             )));
