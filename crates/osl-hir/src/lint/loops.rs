@@ -15,6 +15,10 @@ use std::cell::Cell;
 /// Reports a condition that stays as it is, in a loop that no jump leaves.
 pub(super) fn unchanged(walk: &Walk<'_>, stmt: &Stmt, found: &mut Findings<'_>) {
     let StmtKind::Loop { cond: Some(cond), iter, body, .. } = &stmt.kind else { return };
+    // A `;` in place of the body has a lint of its own.
+    if body.is_empty() {
+        return;
+    }
     let mut read = Vec::new();
     if !only_reads(cond, &mut read) || read.is_empty() {
         return;

@@ -7,6 +7,7 @@ use super::{FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
 use crate::hir::{Choice, Expr, ExprKind};
 use osl_ir::types::{Base, Type};
+use osl_syntax::Reports;
 use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
@@ -110,6 +111,12 @@ impl Resolver<'_> {
             return self.struct_value(Type::one(Base::Struct(id)), args, span);
         }
         let candidates = self.candidates(&name.text, symbol.as_ref());
+        if let [only @ Candidate::User(_)] = &candidates[..]
+            && self.reports != Reports::AsReference
+        {
+            let floats = only.formals().into_iter().zip(args).filter(|(ty, _)| *ty == Some(Type::FLOAT));
+            floats.for_each(|(_, arg)| self.needs_no_choice(*arg));
+        }
         let given = self.given(args, expected);
         if let Some(Symbol::Var(var)) = symbol
             && candidates.is_empty()

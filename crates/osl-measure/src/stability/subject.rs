@@ -195,14 +195,12 @@ impl<'a> Subject<'a> {
 
     /// Follows one point, given by column and row, until the budget for following is used up.
     pub fn follow(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
-        let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
-        let source = OnePoint { source: points, point };
         let running = &self.limits.running;
         let left = running.traces.saturating_sub(self.followed[0].load(Ordering::Relaxed));
         if left == 0 {
             return None;
         }
-        let trace = trace::follow(&base.noted, self.services, source, self.limits);
+        let trace = self.watch(base, points, x, y)?;
         self.followed[0].fetch_add(trace.nodes.len() as u64, Ordering::Relaxed);
         self.followed[1].fetch_add(1, Ordering::Relaxed);
         Some(trace)
