@@ -101,10 +101,10 @@ pub(in crate::lint) fn unknown_word(
         .help(format!("known names: {}", known.join(", ")))
 }
 
-/// W0325: the name of metadata is almost one that programs read.
+/// W0325: the name of metadata is almost a usual one.
 pub(in crate::lint) fn misspelt_metadata(span: Span, name: &str, close: &str) -> Diagnostic {
-    Diagnostic::warning(MISSPELT_ATTRIBUTE, span, format!("no program reads metadata `{name}`"))
-        .label("has no effect")
+    Diagnostic::warning(MISSPELT_ATTRIBUTE, span, format!("metadata `{name}` is not a usual one"))
+        .label("only a program that knows this name reads it")
         .help(format!("there is metadata named `{close}`"))
         .suggest(format!("write `{close}`"), vec![Edit { span, text: close.to_owned() }])
 }
