@@ -1,5 +1,5 @@
-//! Loops that cannot do what they seem to: whose condition nothing changes, that never run, or that count away
-//! from their end.
+//! Loops that cannot do what they seem to: nothing changes their condition, they never run, or they count
+//! away from their end.
 //!
 //! Only conditions are judged that compute with variables and literals. This module must not know what jumps
 //! leave a loop.

@@ -80,8 +80,8 @@ pub(crate) fn hex_color(span: Span, digits: &str) -> Diagnostic {
         .fix(format!("write `{text}`"), vec![Edit { span, text }])
 }
 
-/// E0106: a reserved word; `inside` a function or a shader, or its parameters, with the start of the next word
-/// if one space is between them.
+/// E0106: a reserved word; `inside` a function or a shader, or its parameters, with the start of the next
+/// word if one space is between them.
 pub(crate) fn reserved_word(span: Span, word: &str, inside: Option<Option<u32>>) -> Diagnostic {
     let d = Diagnostic::error(RESERVED_WORD, span, format!("`{word}` is a reserved word"))
         .label("cannot be used");

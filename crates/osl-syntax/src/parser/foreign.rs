@@ -1,5 +1,5 @@
-//! Constructs of other languages, and brackets in places where another kind is meant: methods, lists in square
-//! brackets, loops over ranges, pointers, a brace that closes too much.
+//! Constructs of other languages, and brackets in places where another kind is meant: methods, lists in
+//! square brackets, loops over ranges, pointers, a brace that closes too much.
 //!
 //! They come before the other [slips](super::slips), because each of them explains more than a missing token.
 

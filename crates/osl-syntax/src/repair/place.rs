@@ -173,10 +173,10 @@ struct OpenBlock<'t> {
     inner: Option<&'t str>,
 }
 
-/// Blocks that the indentation ends, but no `}`: the opening brace, and the token before which the block ends.
-/// Lines count whose first token is in the main file. A block counts if its first line is indented deeper than
-/// the line that opens it. Nothing is found if a later statement is indented deeper than its block, since then
-/// the indentation says nothing.
+/// Blocks that the indentation ends, but no `}`: the opening brace, and the token before which the block
+/// ends. Lines count whose first token is in the main file. A block counts if its first line is indented
+/// deeper than the line that opens it. Nothing is found if a later statement is indented deeper than its
+/// block, since then the indentation says nothing.
 pub(super) fn unclosed_blocks(stream: &Stream, text: &str) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut open: Vec<OpenBlock<'_>> = Vec::new();

@@ -1,4 +1,5 @@
-//! What the README states: its commands and options, the outputs that it shows, and facts that no other test has.
+//! What the README states: its commands and options, the outputs that it shows, and facts that no other
+//! test has.
 
 use super::in_process;
 use std::path::{Path, PathBuf};
