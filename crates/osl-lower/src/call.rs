@@ -220,13 +220,22 @@ impl Lowerer<'_> {
                 self.array_written(spot, array);
             }
         }
-        let all: Vec<ValueId> = args.iter().copied().chain(result).collect();
-        let chosen = if self.b.notes { self.chosen(span) } else { String::new() };
-        self.b.note(&all, |_| Note::Call {
-            form: signature.show(call.row.name).into(),
-            why: why(call, signatures.len(), &chosen).into(),
-            args: args.len() as u8,
-        });
+        if self.b.notes {
+            let told = self.told_arguments((&args, &arrays), signature.params.len());
+            let all: Vec<ValueId> = told.iter().copied().chain(result).collect();
+            // A constructor, such as `color in space`, has no other forms.
+            let (name, is_function) = match call.row.name.split_once(' ') {
+                Some((name, _)) => (name, false),
+                None => (call.row.name, true),
+            };
+            let chosen = self.chosen(span);
+            let why = if is_function { why(call, signatures.len(), &chosen) } else { String::new() };
+            self.b.note(&all, |_| Note::Call {
+                form: signature.show(name).into(),
+                why: why.into(),
+                args: told.len() as u8,
+            });
+        }
         result.map_or(Val::Void, Val::One)
     }
 

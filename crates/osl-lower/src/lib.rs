@@ -345,7 +345,9 @@ impl<'a> Lowerer<'a> {
 
     /// New storage for a variable of a type.
     fn allocate(&mut self, ty: Type, name: &str) -> Storage {
-        self.allocate_within(ty, &[], name)
+        let storage = self.allocate_within(ty, &[], name);
+        self.name_arrays(&storage, ty, name);
+        storage
     }
 
     /// New storage for a part of arrays with these lengths, from the outermost.

@@ -4,9 +4,10 @@
 //! caller has its own name within the function. Without notes this module writes nothing.
 
 use super::{Lowerer, Storage};
+use osl_hir::builtins::Array;
 use osl_hir::hir::{CHAIN, FunctionId, Lvalue, Step, VarId, VarKind};
 use osl_ir::ir::{Axis, Kind, Note, SlotId, ValueId, note_text};
-use osl_ir::types::{Base, Type};
+use osl_ir::types::{Base, Extent, Type};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
@@ -36,6 +37,9 @@ const RETURNED: &str = "return";
 
 /// The longest array whose elements are recorded after a call wrote it.
 const MAX_WRITTEN: u32 = 256;
+
+/// The most elements of an array that are told as arguments of a call.
+const MAX_TOLD: u32 = 16;
 
 impl Lowerer<'_> {
     /// Records that a variable has a new value. It follows the store directly.
@@ -94,11 +98,45 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The name of a slot, followed by the lengths of arrays within its elements.
+    /// Names the parts of arrays of structs as the source does: `a[].x` is the part `x` of all elements.
+    pub(super) fn name_arrays(&mut self, storage: &Storage, ty: Type, name: &str) {
+        if self.b.notes {
+            let mut parts = Vec::new();
+            self.parts(storage, ty, name, &mut parts);
+            parts.retain(|(_, name)| name.contains('['));
+            self.name_all(parts);
+        }
+    }
+
+    /// The arguments of a call as they are told. Each array after the first `fixed` arguments stands for its
+    /// elements, since the call gets these; any other array is told by its first element.
+    pub(super) fn told_arguments(
+        &mut self,
+        (args, arrays): (&[ValueId], &[Option<Array>]),
+        fixed: usize,
+    ) -> Vec<ValueId> {
+        let mut told = Vec::new();
+        for (at, (arg, array)) in args.iter().zip(arrays).enumerate() {
+            match array {
+                Some(array) if at >= fixed => {
+                    for index in 0..array.len.min(MAX_TOLD) {
+                        let index = self.b.int(index as i32);
+                        told.push(self.b.load_element(array.slot, index));
+                    }
+                }
+                _ => told.push(*arg),
+            }
+        }
+        told.truncate(u8::MAX.into());
+        told
+    }
+
+    /// The name of a slot, followed by the lengths of arrays within its elements. In the name of a part of
+    /// structs, `[]` stands where the index of the outermost array belongs, and the lengths in their places.
     fn told_name(&self, slot: SlotId) -> Arc<str> {
         let own = self.telling.names.get(&slot).unwrap_or(&self.b.body.slot(slot).name);
         match self.inner.get(&slot) {
-            Some(lens) if !own.is_empty() => {
+            Some(lens) if !own.is_empty() && !own.contains('[') => {
                 let lens: String = lens.iter().map(|len| format!("[{len}]")).collect();
                 format!("{own}{lens}").into()
             }
@@ -125,10 +163,10 @@ impl Lowerer<'_> {
         if self.b.notes {
             for (formal, storage) in formals {
                 let var = &self.program.vars[formal.0 as usize];
-                self.parts(storage, var.ty.base, &var.name, &mut parts);
+                self.parts(storage, var.ty, &var.name, &mut parts);
             }
             if let Some((storage, ty)) = result {
-                self.parts(storage, ty.base, RETURNED, &mut parts);
+                self.parts(storage, ty, RETURNED, &mut parts);
             }
         }
         self.name_all(parts)
@@ -136,7 +174,7 @@ impl Lowerer<'_> {
 
     /// The name that a place has in the source, with its type, if its storage goes by another name now: a
     /// function inside the shader may write a variable that is also its argument.
-    pub(super) fn told_at(&self, place: &Lvalue, storage: &Storage) -> Option<(String, Base)> {
+    pub(super) fn told_at(&self, place: &Lvalue, storage: &Storage) -> Option<(String, Type)> {
         let slot = storage.first().filter(|_| self.b.notes)?;
         self.telling.names.get(&slot)?;
         let var = self.program.vars.get(place.var.0 as usize)?;
@@ -144,19 +182,17 @@ impl Lowerer<'_> {
         for step in &place.path {
             if let Step::Field(index) = step {
                 let field = self.program.structs.get(ty.as_struct()?).fields.get(*index as usize)?;
-                name = format!("{name}.{}", field.name);
+                name = format!("{}.{}", indexed(name, ty), field.name);
                 ty = field.ty;
-            } else {
-                ty = ty.element();
             }
         }
-        Some((name, ty.base))
+        Some((name, ty))
     }
 
     /// Gives storage another name.
-    pub(super) fn rename(&mut self, storage: &Storage, base: Base, name: &str) -> Replaced {
+    pub(super) fn rename(&mut self, storage: &Storage, ty: Type, name: &str) -> Replaced {
         let mut parts = Vec::new();
-        self.parts(storage, base, name, &mut parts);
+        self.parts(storage, ty, name, &mut parts);
         self.name_all(parts)
     }
 
@@ -176,12 +212,14 @@ impl Lowerer<'_> {
     }
 
     /// The slots of a variable, with the names of its parts.
-    fn parts(&self, storage: &Storage, base: Base, name: &str, out: &mut Vec<(SlotId, String)>) {
-        match (storage, base) {
+    fn parts(&self, storage: &Storage, ty: Type, name: &str, out: &mut Vec<(SlotId, String)>) {
+        match (storage, ty.base) {
+            (Storage::Leaf(slot), _) if name.contains('[') => out.push((*slot, indexed(name.into(), ty))),
             (Storage::Leaf(slot), _) => out.push((*slot, name.to_string())),
             (Storage::Struct(parts), Base::Struct(id)) => {
+                let name = indexed(name.into(), ty);
                 for (part, field) in parts.iter().zip(&self.program.structs.get(id).fields) {
-                    self.parts(part, field.ty.base, &format!("{name}.{}", field.name), out);
+                    self.parts(part, field.ty, &format!("{name}.{}", field.name), out);
                 }
             }
             (Storage::Struct(_), _) => {}
@@ -209,7 +247,7 @@ impl Lowerer<'_> {
         for (formal, storage) in formals {
             let var = &self.program.vars[formal.0 as usize];
             if var.kind != (VarKind::Formal { output: true }) {
-                self.parts(storage, var.ty.base, &var.name, &mut parts);
+                self.parts(storage, var.ty, &var.name, &mut parts);
             }
         }
         let (values, names) = self.values_of(parts);
@@ -225,12 +263,12 @@ impl Lowerer<'_> {
         }
         let mut parts = Vec::new();
         if let Some((storage, ty)) = result {
-            self.parts(storage, ty.base, "", &mut parts);
+            self.parts(storage, ty, "", &mut parts);
         }
         for (formal, storage) in formals {
             let var = &self.program.vars[formal.0 as usize];
             if var.kind == (VarKind::Formal { output: true }) {
-                self.parts(storage, var.ty.base, &var.name, &mut parts);
+                self.parts(storage, var.ty, &var.name, &mut parts);
             }
         }
         let (values, names) = self.values_of(parts);
@@ -263,5 +301,14 @@ impl Lowerer<'_> {
         });
         let formals: Vec<String> = formals.collect();
         format!("{} {}({})", self.program.structs.show(function.ret), function.name, formals.join(", "))
+    }
+}
+
+/// The name of an array, with a place for its index: `[]` for the outermost array, and the length otherwise.
+fn indexed(name: String, ty: Type) -> String {
+    match ty.extent {
+        Extent::One => name,
+        Extent::Array(len) if name.contains('[') => format!("{name}[{len}]"),
+        _ => name + "[]",
     }
 }

@@ -5,7 +5,7 @@ use super::{Element, Lowerer, Storage, Val};
 use osl_hir::hir::{Init, Lvalue, Step};
 use osl_hir::storage::Subscript;
 use osl_ir::ir::{Const, Kernel, Kind, LaneOp, SlotId, ValueId};
-use osl_ir::types::{Base, Type};
+use osl_ir::types::Type;
 use std::sync::Arc;
 
 /// A place whose indices have been evaluated.
@@ -19,7 +19,7 @@ pub(super) struct Spot {
     /// Name and type of the variable, if reads of it are checked.
     checked: Option<(Arc<str>, Type)>,
     /// The name at this place and its type, if the storage has another name now.
-    told: Option<(String, Base)>,
+    told: Option<(String, Type)>,
 }
 
 impl Spot {
@@ -222,8 +222,8 @@ impl Lowerer<'_> {
 
     /// Stores a value at a spot.
     pub(super) fn write(&mut self, spot: &Spot, value: Val) {
-        let Some((name, base)) = &spot.told else { return self.write_as_named(spot, value) };
-        let outer = self.rename(&spot.storage, *base, name);
+        let Some((name, ty)) = &spot.told else { return self.write_as_named(spot, value) };
+        let outer = self.rename(&spot.storage, *ty, name);
         self.write_as_named(spot, value);
         self.end_names(outer);
     }

@@ -5,6 +5,7 @@
 //! terminal or the command line: its results are values with text, JSON and HTML forms.
 
 pub mod bounds;
+mod cost;
 pub mod explain;
 pub mod lod;
 pub mod markup;

@@ -201,7 +201,13 @@ fn each_call_has_its_own_status() {
     let all = explained(source, None, (4, 4), false);
     assert_eq!(below(&all, 2), ["y = 6 (known when the shader is compiled) (call 1); 0.533333 (call 2)"]);
     let one = explained(source, Some(&["f"]), (4, 4), false);
-    assert_eq!(below(&one, 2), ["y = 6 (not needed) (call 1); 0.533333 (call 2)"]);
+    assert_eq!(
+        below(&one, 2),
+        [
+            "y = 6 (not needed) (call 1); 0.533333 (call 2)",
+            "not needed: the output `f` does not depend on these values of `y`",
+        ]
+    );
 }
 
 /// An int literal is converted too; a value that the source converts itself is not.
@@ -357,7 +363,7 @@ fn needs_cross_the_rounds_of_nested_loops() {
         }
     }";
     let text = explained(source, None, (1, 1), false);
-    assert!(text.contains("d = 0 (not needed)") && text.matches("not needed").count() == 2, "{text}");
+    assert!(text.contains("d = 0 (not needed)") && text.matches("not needed").count() == 3, "{text}");
 }
 
 #[test]

@@ -100,7 +100,7 @@ const QUESTIONS: [Question; 15] = [
         shows: Shows::All,
         reads: "y = sin(6 u), so d/du is 6 cos(6 u) = -5.95. From one pixel to the next, u grows by 1/255, so y changes by \
                 -5.95 / 255 = -0.0233: that is `Dx(y)`. To follow the chain further, look up the variables after `through`. \
-                `oslrun doc sin` has the derivative of each function.",
+                `oslrun doc sin` has the derivative of each function. Where the language gives another derivative than mathematics, as for `atan2` and for colors in a named space, `explain` says so.",
     },
     Question {
         asks: "What did the compiler throw away, and why?",
@@ -120,7 +120,8 @@ const QUESTIONS: [Question; 15] = [
         shader: "cost",
         args: "docs/questions/cost.osl --profile",
         shows: Shows::Timed("Most of the time"),
-        reads: "(The sentence about the second line and the tables are left out here.) Five times noise in three dimensions costs far more than a sine.",
+        reads: "(The sentence about the second line and the tables are left out here.) Five times noise in three dimensions costs far more than a sine. \
+                On a busy machine times mislead: `oslrun explain docs/questions/cost.osl --cost` ranks the lines by their operations, without a clock.",
     },
     Question {
         asks: "Where do I lose digits?",

@@ -43,10 +43,10 @@ const RANGE: std::ops::Range<f32> = 1e-12..1e12;
 const MOST: usize = 40;
 
 /// Repeats the calls; returns how many results were compared.
-pub(super) fn hold(case: &Case, told: &[Explanation]) -> Result<usize, String> {
+pub(super) fn hold(case: &Case, told: &[(usize, Explanation)]) -> Result<usize, String> {
     let mut calls: Vec<(String, Shown)> = Vec::new();
     let mut known: BTreeSet<String> = BTreeSet::new();
-    for fact in told.iter().flat_map(|explanation| &explanation.lines).flat_map(|line| &line.facts) {
+    for fact in told.iter().flat_map(|(_, told)| &told.lines).flat_map(|line| &line.facts) {
         let What::Call { form, calls: made, .. } = &fact.what else { continue };
         for (args, result) in made.iter().take(2) {
             let Some(result) = result else { continue };
@@ -123,7 +123,13 @@ fn repeated(form: &str, args: &[Shown]) -> Option<String> {
     let (head, rest) = form.split_once('(')?;
     let (ret, name) = head.rsplit_once(' ')?;
     let params = rest.strip_suffix(')')?;
-    if MORE.contains(&name) || params.contains("output ") || params.contains("...") || params.contains('[') {
+    let is_constructor = ["color", "point", "vector", "normal", "matrix"].contains(&name);
+    if is_constructor
+        || MORE.contains(&name)
+        || params.contains("output ")
+        || params.contains("...")
+        || params.contains('[')
+    {
         return None;
     }
     let types: Vec<&str> = match params {

@@ -1,7 +1,7 @@
 //! A source, its instrumented form, and runs of both.
 
 use super::compare::{Seen, compare};
-use super::{Instrumented, calls, instrument, reasons, slopes};
+use super::{Differences, Instrumented, calls, instrument, reasons, reports, slopes, texts};
 use crate::{laws, run};
 use osl::stages::{self, Checked};
 use osl_exec::{Frame, PointSource, RunOptions};
@@ -15,7 +15,7 @@ use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 
 /// What a comparison found besides mistakes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Outcome {
     /// Values, outcomes and counts that were compared.
     pub compared: usize,
@@ -25,6 +25,12 @@ pub struct Outcome {
     pub slopes: usize,
     /// The same.
     pub builtins: usize,
+    /// Reports of a run that were compared.
+    pub reports: usize,
+    /// Values of the text that were compared with those of the JSON.
+    pub texts: usize,
+    /// Derivatives that were compared with differences.
+    pub differences: Differences,
     /// Whether the instrumented source was rejected or stopped, so that nothing was compared.
     pub open: bool,
 }
@@ -114,10 +120,10 @@ impl Case {
 /// The first difference, as text.
 pub fn hold(text: &str, more: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let open = Ok(Outcome { open: true, ..outcome });
+    let open = Ok(Outcome { open: true, ..Outcome::default() });
     let Some(case) = Case::of(text, false) else { return open };
     let Some(subject) = case.subject(false) else { return open };
-    let mut told: Vec<Explanation> = Vec::new();
+    let mut told: Vec<(usize, Explanation)> = Vec::new();
     for (x, y) in PIXELS {
         let Some(point) = case.point((x, y)) else { continue };
         let explanation = explain::explain(&case.trace(&subject, point), &subject, &case.checked.sources);
@@ -128,7 +134,11 @@ pub fn hold(text: &str, more: bool) -> Result<Outcome, String> {
         let seen = case.seen(y * SIZE.0 + x);
         outcome.compared +=
             compare(&explanation, &seen, &case.written).map_err(|law| case.at((x, y), &law))?;
-        told.push(explanation);
+        told.push((y * SIZE.0 + x, explanation));
+    }
+    outcome.reports = reports::hold(&case, &mut told).map_err(|law| case.at((0, 0), &law))?;
+    for (_, explanation) in &told {
+        outcome.texts += texts::hold(explanation).map_err(|law| case.at((0, 0), &law))?;
     }
     if more {
         outcome.reasons = reasons::hold(&case, &told).map_err(|law| case.at((0, 0), &law))?;
@@ -136,8 +146,10 @@ pub fn hold(text: &str, more: bool) -> Result<Outcome, String> {
         if let Some(sloped) = Case::of(text, true) {
             for (x, y) in PIXELS {
                 let seen = sloped.seen(y * SIZE.0 + x);
-                outcome.slopes +=
+                let (same, differences) =
                     slopes::hold(&sloped, (x, y), &seen).map_err(|law| sloped.at((x, y), &law))?;
+                outcome.slopes += same;
+                outcome.differences.add(differences);
             }
         }
     }

@@ -14,6 +14,10 @@ pub(super) type Key = (usize, u32, String);
 pub(super) struct Seen {
     pub(super) sets: BTreeMap<Key, Vec<String>>,
     pub(super) branches: BTreeMap<Key, Vec<bool>>,
+    /// For each value of `sets`, the rounds of the loops around it; empty if they are not known.
+    pub(super) in_rounds: BTreeMap<Key, Vec<Option<Vec<i32>>>>,
+    /// The functions that were called, in order.
+    pub(super) entered: Vec<String>,
     rounds: BTreeMap<(usize, u32), Vec<usize>>,
     /// The arguments of each call, and its outputs.
     given: BTreeMap<(usize, String), String>,
@@ -26,7 +30,7 @@ impl Seen {
     pub(super) fn read(lines: &[&str], written: &Instrumented) -> Seen {
         let mut seen = Seen::default();
         let (mut stack, mut calls) = (vec![0], 0);
-        // The current count of each loop.
+        let mut current: BTreeMap<usize, i32> = BTreeMap::new();
         for line in lines {
             let call = stack.last().copied().unwrap_or(0);
             let mut words = line.splitn(2, ' ');
@@ -35,6 +39,7 @@ impl Seen {
                 "@E" => {
                     calls += 1;
                     stack.push(calls);
+                    seen.entered.push(rest.to_string());
                 }
                 "@X" => drop(stack.pop()),
                 "@S" => {
@@ -45,6 +50,10 @@ impl Seen {
                     if name == "return" {
                         seen.returned.insert(call, value.clone());
                     }
+                    let inside = written.inside.get(&at).cloned().flatten();
+                    let round = |id: &usize| current.get(id).copied().unwrap_or(0);
+                    let rounds = inside.map(|loops| loops.iter().map(round).collect());
+                    seen.in_rounds.entry((call, at, name.clone())).or_default().push(rounds);
                     seen.sets.entry((call, at, name)).or_default().push(value);
                 }
                 "@G" | "@R" => {
@@ -66,6 +75,8 @@ impl Seen {
                 "@P" | "@O" => {
                     let id: usize = rest.parse().unwrap_or(0);
                     let line = written.loops.get(id).copied().unwrap_or(0);
+                    let count = current.entry(id).or_default();
+                    *count = if word == "@O" { *count + 1 } else { 0 };
                     let counts = seen.rounds.entry((call, line)).or_default();
                     match (word, counts.last_mut()) {
                         ("@O", Some(last)) => *last += 1,
@@ -112,15 +123,7 @@ pub(super) fn compare(told: &Explanation, seen: &Seen, written: &Instrumented) -
     let mut left: BTreeSet<Key> = seen.sets.keys().cloned().collect();
     let mut conditions: BTreeSet<Key> = seen.branches.keys().cloned().collect();
     let mut counted: BTreeSet<(usize, u32)> = seen.rounds.keys().copied().collect();
-    // The number of each call, counting only functions that were rewritten; those of headers were not.
-    let mut next = 0;
-    let mut numbers = vec![Some(0)];
-    for called in &told.calls {
-        let name = called.form.split('(').next().and_then(|head| head.split(' ').next_back());
-        let known = name.is_some_and(|name| written.functions.contains(name));
-        next += usize::from(known);
-        numbers.push(known.then_some(next));
-    }
+    let numbers = numbers(told, written);
     compared += calls(&told.calls, &numbers, seen)?;
     for line in &told.lines {
         for fact in &line.facts {
@@ -187,6 +190,19 @@ pub(super) fn compare(told: &Explanation, seen: &Seen, written: &Instrumented) -
         Some(missing) => Err(format!("rounds {missing:?} are not told")),
         None => Ok(compared),
     }
+}
+
+/// The number of each call, counting only functions that were rewritten; those of headers were not.
+pub(super) fn numbers(told: &Explanation, written: &Instrumented) -> Vec<Option<usize>> {
+    let mut next = 0;
+    let mut numbers = vec![Some(0)];
+    for called in &told.calls {
+        let name = called.form.split('(').next().and_then(|head| head.split(' ').next_back());
+        let known = name.is_some_and(|name| written.functions.contains(name));
+        next += usize::from(known);
+        numbers.push(known.then_some(next));
+    }
+    numbers
 }
 
 /// A variable without fields and indices.

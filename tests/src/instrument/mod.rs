@@ -6,19 +6,23 @@
 mod calls;
 mod case;
 mod compare;
+mod differences;
 mod print;
 mod reasons;
+mod reports;
 mod slopes;
 mod tapped;
+mod texts;
 mod types;
 
 pub use case::{Outcome, hold};
+pub use differences::Differences;
 pub use tapped::taps_hold;
 
 use osl_syntax::ast::{self, Ast, Expr, ExprId, ExprKind, Item, StmtId, StmtKind, TypeName};
 use osl_syntax::span::Span;
 use print::base_name;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use types::{Scopes, Ty};
 
@@ -31,6 +35,10 @@ pub struct Instrumented {
     pub conditions: Vec<(u32, String)>,
     /// The lines of the loops, by number.
     pub loops: Vec<u32>,
+    /// Where each loop and its body begin and end in the original text.
+    pub spans: Vec<[(usize, usize); 2]>,
+    /// The loops around the statements of each line; none if they differ.
+    pub inside: BTreeMap<u32, Option<Vec<usize>>>,
     /// Variables that are set in ways that are not printed: the line, and the variable.
     pub open: BTreeSet<(u32, String)>,
     /// The functions whose calls are printed.
@@ -50,6 +58,8 @@ pub struct Set {
     pub change: String,
     /// The end of the statement in the original text.
     pub end: usize,
+    /// The loops around it.
+    pub loops: Vec<usize>,
 }
 
 /// Rewrites a shader without macros or includes of its own. With `slopes`, it prints the derivatives of each
@@ -57,7 +67,7 @@ pub struct Set {
 pub fn instrument(text: &str, ast: &Ast, slopes: bool) -> Instrumented {
     let scopes = Scopes::new(ast);
     let (edits, done) = (Vec::new(), Instrumented::default());
-    let mut w = Writer { ast, text, edits, done, scopes, slopes, shader: true };
+    let mut w = Writer { ast, text, edits, done, scopes, slopes, shader: true, loops: Vec::new() };
     let inside = |span: Span| (span.end as usize) <= text.len() && span.start < span.end;
     let first = ast.items.iter().map(Item::span).find(|span| inside(*span));
     if let Some(first) = first {
@@ -101,6 +111,8 @@ struct Writer<'a> {
     slopes: bool,
     /// Whether the text is that of the shader itself rather than of a function.
     shader: bool,
+    /// The loops around the statement.
+    loops: Vec<usize>,
 }
 
 /// The function around a statement.
@@ -151,7 +163,7 @@ impl Writer<'_> {
         self.done.functions.insert(f.name.text.to_string());
         self.scopes.push();
         self.formals(&f.formals);
-        let mut begin = " printf(\"@E\");".to_string();
+        let mut begin = format!(" printf(\"@E {}\");", f.name.text);
         let mut outs = Vec::new();
         for formal in &f.formals {
             let Some(ty) = self.scopes.find(&formal.name.text) else { continue };
@@ -165,12 +177,14 @@ impl Writer<'_> {
         let (ret, word) = (self.scopes.ty(&f.ret, None, false), self.slice(f.ret.span).to_string());
         let around = Around { ret, word, outs, depth: self.scopes.depth() };
         let outside = std::mem::replace(&mut self.shader, false);
+        let around_loops = std::mem::take(&mut self.loops);
         self.scopes.push();
         self.list(&body.stmts, Some(&around));
         let leave = self.leave(&around);
         self.insert(body.span.end - 1, &leave);
         self.scopes.pop();
         self.shader = outside;
+        self.loops = around_loops;
         self.scopes.pop();
     }
 
@@ -194,6 +208,11 @@ impl Writer<'_> {
         let ast = self.ast;
         let stmt = &ast[id];
         let (span, line) = (stmt.span, self.line(stmt.span));
+        let loops = Some(self.loops.clone());
+        let inside = self.done.inside.entry(line).or_insert_with(|| loops.clone());
+        if *inside != loops {
+            *inside = None;
+        }
         match &stmt.kind {
             StmtKind::Expr(e) => {
                 self.expr(*e);
@@ -310,8 +329,12 @@ impl Writer<'_> {
         self.done.loops.push(line);
         self.insert(span.start, &format!("{{ printf(\"@P {number}\"); "));
         let inner = self.ast[body].span;
+        let range = |span: Span| (span.start as usize, span.end as usize);
+        self.done.spans.push([range(span), range(inner)]);
+        self.loops.push(number);
         self.insert(inner.start, &format!("{{ printf(\"@O {number}\"); "));
         self.stmt(body, ret, true);
+        self.loops.pop();
         self.insert(inner.end, " }");
         self.insert(span.end, " }");
     }
@@ -419,7 +442,8 @@ impl Writer<'_> {
             _ => return,
         };
         if self.shader {
-            self.done.sets.push(Set { line, name: name.to_string(), change, end: span.end as usize });
+            let (loops, end) = (self.loops.clone(), span.end as usize);
+            self.done.sets.push(Set { line, name: name.to_string(), change, end, loops });
         }
     }
 }

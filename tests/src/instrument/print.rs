@@ -57,7 +57,11 @@ impl Writer<'_> {
                 let Ty::Array(element, len) = &ty else { return Some((ty, told, path)) };
                 let simple = self.is_simple(*index, &base_name(&path));
                 let index = self.slice(self.ast[*index].span);
-                let told = format!("{told}[%d]|clamp({index}, 0, {})", len.saturating_sub(1));
+                let index_now = format!("clamp({index}, 0, {})", len.saturating_sub(1));
+                let told = match told.split_once('|') {
+                    Some((name, outer)) => format!("{name}[%d]|{outer}, {index_now}"),
+                    None => format!("{told}[%d]|{index_now}"),
+                };
                 simple.then(|| ((**element).clone(), told, format!("{path}[{index}]")))
             }
             _ => None,
@@ -138,10 +142,10 @@ impl Writer<'_> {
     }
 }
 
-/// The name of a field: in an explanation, the index of an array of structs stands at the end.
+/// The name of a field; indices that follow a `|` stay at the end.
 fn join(told: &str, field: &str) -> String {
-    match told.find('[') {
-        Some(at) => format!("{}.{field}{}", &told[..at], &told[at..]),
+    match told.split_once('|') {
+        Some((name, index)) => format!("{name}.{field}|{index}"),
         None => format!("{told}.{field}"),
     }
 }

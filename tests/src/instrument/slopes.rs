@@ -1,23 +1,26 @@
-//! Derivatives: those of an explanation are those that the source prints with `Dx` and `Dy`.
+//! Derivatives: those of an explanation are those that the source prints with `Dx` and `Dy`, and central
+//! differences.
 
 use super::case::Case;
 use super::compare::{Seen, base};
+use super::differences::{self, Differences};
 use osl_measure::explain::{self, What};
 
 /// Derivatives may be computed in another order, as which of them are requested differs.
 const TOLERANCE: f64 = 1e-4;
 
 /// Compares the derivatives at a pixel; returns how many values were compared.
-pub(super) fn hold(case: &Case, pixel: (usize, usize), seen: &Seen) -> Result<usize, String> {
-    let (Some(subject), Some(sloped)) = (case.subject(false), case.subject(true)) else { return Ok(0) };
-    let Some(point) = case.point(pixel) else { return Ok(0) };
+pub(super) fn hold(case: &Case, pixel: (usize, usize), seen: &Seen) -> Result<(usize, Differences), String> {
+    let none = Ok((0, Differences::default()));
+    let (Some(subject), Some(sloped)) = (case.subject(false), case.subject(true)) else { return none };
+    let Some(point) = case.point(pixel) else { return none };
     let plain = case.trace(&subject, point);
     let mut told = explain::explain(&plain, &subject, &case.checked.sources);
     if told.cut {
-        return Ok(0);
+        return none;
     }
     let with = case.trace(&sloped, point);
-    explain::derivatives(&mut told, &plain, &with, point, &case.checked.sources);
+    explain::derivatives(&mut told, (&plain, &subject), &with, point, &case.checked.sources);
     let mut compared = 0;
     for line in &told.lines {
         for fact in &line.facts {
@@ -42,7 +45,7 @@ pub(super) fn hold(case: &Case, pixel: (usize, usize), seen: &Seen) -> Result<us
             }
         }
     }
-    Ok(compared)
+    Ok((compared, differences::hold(case, &subject, &told, point)?))
 }
 
 fn is_close(a: f64, b: f64) -> bool {

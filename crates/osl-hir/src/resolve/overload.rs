@@ -331,24 +331,31 @@ impl Resolver<'_> {
                 }
                 None => format!("it fits as well, but returns {}", self.show_a(c.ret())),
             },
-            Some(_) => self.converted(c, given),
+            Some(_) => self.converted(c, chosen, given),
         };
         others.map(|c| (c.signature(self, name), why(c))).collect()
     }
 
-    /// The first argument that the candidate would convert.
-    fn converted(&self, candidate: &Candidate, given: &[CallArgument]) -> String {
-        let formals = candidate.formals();
-        let pairs = (1..).zip(formals.iter().zip(given));
-        let changed = pairs.filter_map(|(number, (formal, given))| match (formal, given) {
-            (Some(ty), CallArgument::Value(v)) if v.ty != *ty => Some((number, v.ty, *ty)),
+    /// The first argument that the chosen candidate converts less than this one.
+    fn converted(&self, candidate: &Candidate, chosen: &Candidate, given: &[CallArgument]) -> String {
+        let (formals, better) = (candidate.formals(), chosen.formals());
+        let pairs = (1..).zip(formals.iter().zip(better.iter().zip(given)));
+        let worse = pairs.filter_map(|(number, (formal, (better, given)))| match (formal, better, given) {
+            (Some(ty), Some(better), CallArgument::Value(v))
+                if self.score_type(*ty, v.ty) < self.score_type(*better, v.ty) =>
+            {
+                Some((number, v.ty, *ty, *better))
+            }
             _ => None,
         });
-        match changed.into_iter().next() {
-            Some((number, from, to)) => {
-                format!("it would convert argument {number} from {} to {}", self.show(from), self.show(to))
-            }
-            None => "it fits less well".to_string(),
+        let Some((number, from, to, better)) = worse.into_iter().next() else {
+            return "it fits less well".to_string();
+        };
+        let text =
+            format!("it would convert argument {number} from {} to {}", self.show(from), self.show(to));
+        match better == from {
+            true => text,
+            false => format!("{text}, which is further than to {}", self.show(better)),
         }
     }
 

@@ -1,13 +1,15 @@
 //! The cost of each output: what remains of the program if only that output is requested.
 
+use super::source::{At, line_at, text_of};
 use osl_ir::ir::{Body, Kernel, Op};
 use osl_ir::passes::{self, Pass};
+use osl_syntax::source::SourceMap;
 use serde::Serialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The part of the program that an output needs.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cost {
     /// The name of the output, or of a group of outputs.
     pub output: String,
@@ -24,6 +26,69 @@ pub struct Cost {
     pub textures: usize,
     /// Evaluations of noise fields, each place in the program counted once.
     pub noises: usize,
+    /// The lines of the source that cost most, if they are requested.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<LineCost>,
+}
+
+/// A line of the source, and what it costs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LineCost {
+    /// Its file.
+    pub file: String,
+    /// Its number, from 1.
+    pub number: u32,
+    /// Its text.
+    pub text: String,
+    /// Its cost in additions, by the table of operations.
+    pub cost: f64,
+    /// Its share of the whole cost, from 0 to 1.
+    pub share: f64,
+}
+
+/// The most lines of a ranking.
+const MOST_LINES: usize = 5;
+/// A line with a smaller share is not worth a sentence.
+const WORTH: f64 = 0.05;
+
+/// The lines that cost most if all requested outputs are computed, by what all passes leave of them.
+pub fn lines(lowered: &Body, options: &passes::Options, sources: &SourceMap) -> Vec<LineCost> {
+    let mut body = lowered.clone();
+    passes::run(&mut body, options);
+    let (mut total, mut sums): (f64, BTreeMap<At, f64>) = (0.0, BTreeMap::new());
+    crate::cost::each(&body, &mut |inst, cost| {
+        total += cost;
+        if let Some(at) = line_at(inst.span, sources) {
+            *sums.entry(at).or_default() += cost;
+        }
+    });
+    let mut sums: Vec<(At, f64)> = sums.into_iter().collect();
+    sums.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let line = |(at, cost): (At, f64)| {
+        let ((file, text), share) = (text_of(at, sources)?, cost / total.max(1.0));
+        (share >= WORTH).then_some(LineCost { file, number: at.1, text, cost, share })
+    };
+    sums.into_iter().take(MOST_LINES).filter_map(line).collect()
+}
+
+/// The lines that cost most, in words.
+pub fn ranking(lines: &[LineCost]) -> String {
+    let mut out = String::new();
+    for (at, line) in lines.iter().enumerate() {
+        let LineCost { file, number, text, share, .. } = line;
+        let share = super::percent(*share);
+        out += &match at {
+            0 => format!("Most of the estimated cost is that of {file}:{number}, {share}:  {text}\n"),
+            _ => format!("Then {file}:{number}, {share}:  {text}\n"),
+        };
+    }
+    if !out.is_empty() {
+        let rounds = crate::cost::ROUNDS;
+        out += &format!(
+            "(by the operations that the passes leave; a loop that stays a loop counts {rounds} rounds)\n"
+        );
+    }
+    out
 }
 
 /// The costs of the lowered program, of all requested outputs together, and of each output by itself.
@@ -62,6 +127,7 @@ fn count(title: &str, body: &Body) -> Cost {
         globals: 0,
         textures: 0,
         noises: 0,
+        lines: Vec::new(),
     };
     let (mut globals, mut layers) = (BTreeSet::new(), BTreeSet::new());
     let mut blocks = vec![body.entry];

@@ -5,14 +5,14 @@
 
 use super::lines::{element, set_args};
 use super::source::line_at;
-use super::{Explanation, What};
+use super::through::{Found, Known, SetAt, ValueOrigin};
+use super::{Explanation, Subject, What};
 use crate::trace::{Exact, Node, NodeId, OnePoint, Trace, What as Kind};
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Kernel, Note};
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
-use std::collections::BTreeSet;
 
 /// How a value changes; a triple by component.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,35 +25,23 @@ pub struct Derivatives {
     pub du: Vec<f64>,
     /// The derivative by v.
     pub dv: Vec<f64>,
-    /// The variables and globals from which the value is made directly, with the line that set them.
+    /// The variables and globals from which the value directly gets its change, with the line that set them.
     pub through: Vec<(String, Option<u32>)>,
+    /// Those from which it is made too, and which do not change here.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub still: Vec<(String, Option<u32>)>,
+    /// Why the derivative of the language is not the one of mathematics.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub why: Vec<String>,
     /// What is known about the value besides.
     pub made: ValueOrigin,
 }
 
-/// How a value is made, as far as it explains that its derivative is 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ValueOrigin {
-    /// From constants alone, on the way that the point took.
-    Constant,
-    /// With a derivative, which in the language has no derivative itself.
-    Derivative,
-    /// Otherwise.
-    Other,
-}
-
-/// The most nodes that are visited for one value.
-const MAX_NODES: usize = 2_000;
-
-/// Where a variable was set: the line, the name, and in which call.
-type SetAt = (u32, String);
-
-/// Adds the changes to the values of an explanation. `plain` is its trace, and `with_derivs` that of the body
-/// whose notes have derivatives.
+/// Adds the changes to the values of an explanation. `plain` is the trace of its subject, and `with_derivs` that
+/// of the body whose notes have derivatives.
 pub fn derivatives(
     explanation: &mut Explanation,
-    plain: &Trace,
+    (plain, subject): (&Trace, &Subject),
     with_derivs: &Trace,
     point: OnePoint<'_>,
     sources: &SourceMap,
@@ -95,14 +83,19 @@ pub fn derivatives(
                 let (index, [value, ..]) = set_args(&node.args) else { continue };
                 let name = index.map_or_else(|| name.to_string(), |i| element(name, plain.node(*i)));
                 let Some((_, line)) = line_at(node.span, sources) else { continue };
-                if let Some([dx, dy]) = changes {
+                let in_source = Known { trace: plain, point, sources, set: &known, values: subject.values };
+                let of = Found::of(*value, in_source);
+                let changes = changes.unwrap_or_default();
+                let set = SetAt { line, name: name.clone(), changes: changes.clone(), why: of.why.clone() };
+                let [dx, dy] = changes;
+                if !dx.is_empty() {
                     let (du, dv) = by_uv.map_or_else(Default::default, |inverse| along(&inverse, &dx, &dy));
-                    let (through, made) = through(*value, plain, &known);
-                    let derivs = Derivatives { dx, dy, du, dv, through, made };
+                    let [through, still] = [of.through, of.still].map(|set| set.into_iter().collect());
+                    let derivs = Derivatives { dx, dy, du, dv, through, still, why: of.why, made: of.made };
                     let call = stack.last().copied().unwrap_or(0);
-                    found.entry((call, line, name.clone())).or_default().push(derivs);
+                    found.entry((call, line, name)).or_default().push(derivs);
                 }
-                known.entry(*value).or_insert((line, name));
+                known.entry(*value).or_insert(set);
             }
             _ => {}
         }
@@ -147,39 +140,4 @@ fn inverse(point: OnePoint<'_>) -> Option<[[f64; 2]; 2]> {
 fn along(inverse: &[[f64; 2]; 2], dx: &[f64], dy: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let by = |row: [f64; 2]| dx.iter().zip(dy).map(|(x, y)| row[0] * x + row[1] * y).collect();
     (by(inverse[0]), by(inverse[1]))
-}
-
-/// The variables and globals from which a value is computed directly.
-fn through(
-    value: NodeId,
-    trace: &Trace,
-    known: &FxHashMap<NodeId, SetAt>,
-) -> (Vec<(String, Option<u32>)>, ValueOrigin) {
-    let mut made = ValueOrigin::Constant;
-    let mut found = BTreeSet::new();
-    let mut seen = BTreeSet::new();
-    let mut open = vec![value];
-    while let Some(id) = open.pop() {
-        if !seen.insert(id) || seen.len() > MAX_NODES {
-            continue;
-        }
-        let node = trace.node(id);
-        match (&node.what, known.get(&id)) {
-            (Kind::Global(global), _) => drop(found.insert((global.name().to_string(), None))),
-            (Kind::Const, _) => {}
-            (Kind::GlobalDeriv(..), _) => made = ValueOrigin::Derivative,
-            (_, Some((line, name))) => drop(found.insert((name.clone(), Some(*line)))),
-            (kind, None) => {
-                let is_plain = matches!(kind, Kind::Lane(_) | Kind::Element | Kind::Meet);
-                if !is_plain && made == ValueOrigin::Constant {
-                    made = ValueOrigin::Other;
-                }
-                open.extend(&node.args);
-            }
-        }
-    }
-    if made == ValueOrigin::Constant && !found.is_empty() {
-        made = ValueOrigin::Other;
-    }
-    (found.into_iter().collect(), made)
 }

@@ -1,6 +1,7 @@
 //! From a trace to facts about each line.
 
 use super::reasons::Reasons;
+use super::rounds::InRound;
 use super::sites::{FoldedResult, Site};
 use super::source::{At, line_at, snippet, text_of};
 use super::{Applied, Called, Compiled, Explanation, Fact, Line, Shown, State, Subject, Triple, What};
@@ -25,6 +26,7 @@ pub fn explain(trace: &Trace, subject: &Subject, sources: &SourceMap) -> Explana
         reached: FxHashMap::default(),
         truths: FxHashMap::default(),
         again: BTreeMap::new(),
+        rounds: FxHashMap::default(),
     };
     for node in &trace.nodes {
         if let Kind::Note(kernel) = &node.what
@@ -56,7 +58,8 @@ pub fn explain(trace: &Trace, subject: &Subject, sources: &SourceMap) -> Explana
     }
     let lines = reader.lines();
     let calls = reader.calls;
-    Explanation { shader: subject.body.name.to_string(), globals, calls, lines, outputs, cut: trace.cut }
+    let (shader, reports) = (subject.body.name.to_string(), Vec::new());
+    Explanation { shader, globals, calls, lines, outputs, reports, cut: trace.cut }
 }
 
 /// The facts of a line, each thing once.
@@ -65,8 +68,19 @@ struct Facts {
     list: Vec<Fact>,
     /// Whether the values of each fact are needed.
     needed: Vec<bool>,
+    /// The number of values of each fact that are constants of the source.
+    literals: Vec<usize>,
     /// The position of each thing in the list, as a line may set every element of a long array.
     places: FxHashMap<(usize, Thing), usize>,
+}
+
+/// The variables that a line assigns, each once.
+#[derive(Default)]
+struct Assigned {
+    /// Each variable, and whether it is always assigned again before anything reads it.
+    list: Vec<(String, bool)>,
+    /// The position of each in the list.
+    places: FxHashMap<String, usize>,
 }
 
 /// What a fact is about.
@@ -86,13 +100,26 @@ const MAX_VALUES: usize = 10_000;
 impl Facts {
     /// The fact about a thing; if there is none yet, `new` is appended.
     fn fact(&mut self, call: usize, thing: Thing, needed: bool, new: impl FnOnce() -> What) -> &mut What {
+        self.value_fact(call, thing, (needed, false), new)
+    }
+
+    /// The same for a value, which may be a constant of the source.
+    fn value_fact(
+        &mut self,
+        call: usize,
+        thing: Thing,
+        (needed, is_literal): (bool, bool),
+        new: impl FnOnce() -> What,
+    ) -> &mut What {
         let next = self.list.len();
         let at = *self.places.entry((call, thing)).or_insert(next);
         if at == next {
             self.list.push(Fact { call, what: new() });
             self.needed.push(needed);
-        } else if let Some(flag) = self.needed.get_mut(at) {
+            self.literals.push(is_literal.into());
+        } else if let (Some(flag), Some(count)) = (self.needed.get_mut(at), self.literals.get_mut(at)) {
             *flag |= needed;
+            *count += usize::from(is_literal);
         }
         &mut self.list[at].what
     }
@@ -118,9 +145,10 @@ struct Reader<'a> {
     reached: FxHashMap<u32, usize>,
     /// The truths that a condition had: true, false.
     truths: FxHashMap<u32, [bool; 2]>,
-    /// The variables of each line that are assigned again before anything reads them; `None` if the line does
-    /// something else too.
-    again: BTreeMap<At, Option<Vec<String>>>,
+    /// The variables that each line assigns.
+    again: BTreeMap<At, Assigned>,
+    /// The current round of each loop, by the site that tells that a round begins.
+    rounds: FxHashMap<u32, i32>,
 }
 
 impl Reader<'_> {
@@ -151,13 +179,22 @@ impl Reader<'_> {
                 let truth = node.args.first().is_some_and(|id| is_true(self.trace.node(*id)));
                 self.truths.entry(number).or_default()[usize::from(!truth)] = true;
             }
+            Note::Loop => {
+                let round = self.subject.sites.round_of.get(&number);
+                round.map(|round| self.rounds.insert(*round, 0));
+            }
+            Note::Round => *self.rounds.entry(number).or_default() += 1,
             _ => {}
         }
         let entered = self.enter(note, node, call);
         let Some(at) = line_at(node.span, self.sources) else { return };
         self.ran.entry(at).or_default().insert(call);
-        let needed = self.is_needed(number, note);
-        let what = self.compiled(number, needed);
+        let in_round = self.in_round(number);
+        let needed = self.is_needed(number, note) && in_round != Some(InRound::Unneeded);
+        let what = match in_round {
+            Some(InRound::Constant) if needed => Compiled::Constant,
+            _ => self.compiled(number, needed),
+        };
         let args = &node.args;
         match (note, set_args(args)) {
             (Note::Set(name), (rest, [value, ..])) => {
@@ -168,24 +205,25 @@ impl Reader<'_> {
                 let value = self.shown(*value);
                 self.assigned_again(at, number, &name);
                 let facts = self.facts.entry(at).or_default();
+                let is_literal = what == Compiled::Kept && self.subject.passed.literals.contains(&number);
                 let new = || What::Set {
                     name: name.clone(),
                     values: Vec::new(),
-                    compiled: what,
+                    compiled: Compiled::Kept,
+                    each: Vec::new(),
                     derivatives: Vec::new(),
                 };
-                if let What::Set { values, compiled, .. } =
-                    facts.fact(call, Thing::Set(name.clone()), needed, new)
+                let thing = Thing::Set(name.clone());
+                if let What::Set { values, each, .. } =
+                    facts.value_fact(call, thing, (needed, is_literal), new)
                 {
                     keep(values, value);
-                    if *compiled != what {
-                        *compiled = Compiled::Kept;
-                    }
+                    keep(each, what);
                 }
             }
             (Note::Branch(test), (_, [cond, ..])) => {
-                self.again.insert(at, None);
-                self.branch((number, *test), node.span, at, call, *cond, needed)
+                let is_known = what == Compiled::Constant || self.is_constant(number);
+                self.branch((*test, is_known), node.span, at, call, *cond, needed)
             }
             (Note::Loop, _) => {
                 if let Some(counts) = self.counts(at, call, node.span) {
@@ -199,10 +237,7 @@ impl Reader<'_> {
             }
             (Note::Call { form, why, args: count }, _) => {
                 let (given, result) = args.split_at(usize::from(*count).min(args.len()));
-                let made = (
-                    given.iter().map(|id| self.shown(*id)).collect(),
-                    result.first().map(|id| self.shown(*id)),
-                );
+                let made = (self.given(form, given), result.first().map(|id| self.shown(*id)));
                 let applied = result.first().and_then(|id| self.applied(*id));
                 let new = || What::Call {
                     form: form.to_string(),
@@ -233,7 +268,17 @@ impl Reader<'_> {
         }
     }
 
-    /// The matrix that made a value, and what it was applied to.
+    /// The arguments of a call of this form.
+    fn given(&self, form: &str, ids: &[NodeId]) -> Vec<Shown> {
+        let mut params = form.split_once('(').map_or("", |(_, params)| params).split(", ");
+        let one = |id: &NodeId| match params.next() {
+            Some(param) if param.contains('[') => self.shown(*id).of_array(),
+            _ => self.shown(*id),
+        };
+        ids.iter().map(one).collect()
+    }
+
+    /// The matrix that made a value, and what it was applied to; none if a space of the matrix is unknown.
     fn applied(&self, id: NodeId) -> Option<Applied> {
         let node = self.trace.node(id);
         let to = match node.what {
@@ -242,7 +287,8 @@ impl Reader<'_> {
             Kind::Lane(LaneOp::TransformNormal) => Triple::Normal,
             _ => return None,
         };
-        Some(Applied { to, matrix: self.shown(*node.args.first()?) })
+        let matrix = *node.args.first()?;
+        (!self.trace.reporting.contains(&matrix)).then(|| Applied { to, matrix: self.shown(matrix) })
     }
 
     /// Begins a call, if the note says so, and returns its number.
@@ -258,7 +304,7 @@ impl Reader<'_> {
 
     fn branch(
         &mut self,
-        (number, test): (u32, Test),
+        (test, is_known): (Test, bool),
         span: Span,
         at: At,
         call: usize,
@@ -268,7 +314,6 @@ impl Reader<'_> {
         let node = self.trace.node(cond);
         let truth = is_true(node);
         let flip = node.exact.as_ref().is_some_and(|e| e.truth() != truth);
-        let is_known = matches!(self.subject.passed.made.get(&number), Some(FoldedResult::Constant(_)));
         let condition = snippet(span, self.sources);
         let new =
             || What::Branch { test: test.into(), condition, taken: Vec::new(), flips: 0, known: is_known };
@@ -282,15 +327,27 @@ impl Reader<'_> {
 
     /// Notes whether the value of a variable is replaced before anything reads it.
     fn assigned_again(&mut self, at: At, number: u32, name: &str) {
-        let names = self.again.entry(at).or_insert_with(|| Some(Vec::new()));
-        match names {
-            Some(names) if self.subject.needs.again.contains(&number) => {
-                if !names.iter().any(|known| known == name) {
-                    names.push(name.to_string());
-                }
+        let is_again = self.subject.needs.again.contains(&number);
+        let Assigned { list, places } = self.again.entry(at).or_default();
+        let next = list.len();
+        match places.get(name).and_then(|at| list.get_mut(*at)) {
+            Some((_, again)) => *again &= is_again,
+            None => {
+                places.insert(name.to_string(), next);
+                list.push((name.to_string(), is_again));
             }
-            _ => *names = None,
         }
+    }
+
+    /// What the compiler makes of a site in the current rounds of its loops.
+    fn in_round(&self, number: u32) -> Option<InRound> {
+        let rounds = &self.subject.sites.by_number.get(&number)?.rounds;
+        let round = |site: &u32| self.rounds.get(site).copied().unwrap_or(0);
+        self.subject.rounds.get(&(number, rounds.iter().map(round).collect())).copied()
+    }
+
+    fn is_constant(&self, number: u32) -> bool {
+        matches!(self.subject.passed.made.get(&number), Some(FoldedResult::Constant(_)))
     }
 
     fn counts(&mut self, at: At, call: usize, span: Span) -> Option<&mut Vec<usize>> {
@@ -366,22 +423,42 @@ impl Reader<'_> {
         let line = |(at, site): (At, &Site)| {
             let (file, text) = text_of(at, self.sources)?;
             let calls = self.ran.remove(&at).unwrap_or_default();
-            let Facts { list, needed, .. } = self.facts.remove(&at).unwrap_or_default();
-            let sets = list.iter().any(|fact| matches!(fact.what, What::Set { .. } | What::Branch { .. }));
+            let Facts { mut list, needed, literals, .. } = self.facts.remove(&at).unwrap_or_default();
+            let again = self.again.remove(&at).unwrap_or_default().list;
+            for (fact, literals) in list.iter_mut().zip(literals) {
+                if let What::Set { compiled, each, .. } = &mut fact.what {
+                    settle(compiled, each, literals);
+                }
+            }
+            let branches = list.iter().any(|fact| matches!(fact.what, What::Branch { .. }));
+            let is_idle = (branches || !again.is_empty()) && !needed.contains(&true);
             let (state, why) = if calls.is_empty() {
                 (State::Skipped, reasons.skipped(site, gone.get(&at) == Some(&true)))
-            } else if sets && !needed.contains(&true) {
-                let again = self.again.remove(&at).flatten();
-                (
-                    State::NotNeeded,
-                    Some(again.map_or_else(|| reasons.not_needed(), |names| Reasons::again(&names))),
-                )
+            } else if !is_idle {
+                (State::Runs, reasons.partly_needed(&list, &again))
+            } else if !branches && again.iter().all(|(_, again)| *again) {
+                let names: Vec<String> = again.into_iter().map(|(name, _)| name).collect();
+                (State::NotNeeded, Some(Reasons::again(&names)))
             } else {
-                (State::Runs, None)
+                (State::NotNeeded, Some(reasons.not_needed("it")))
             };
-            Some(Line { file, number: at.1, text, state, why, calls, facts: list })
+            Some(Line { file, number: at.1, text, state, why, calls, facts: list, reports: Vec::new() })
         };
         first.into_iter().filter_map(line).collect()
+    }
+}
+
+/// Joins what the compiler made of each value, if it is the same. Constants of the source are only told as
+/// known if all other values are known.
+fn settle(compiled: &mut Compiled, each: &mut Vec<Compiled>, literals: usize) {
+    let count = |wanted: Compiled| each.iter().filter(|one| **one == wanted).count();
+    let known = count(Compiled::Constant);
+    if known > 0 && known + literals == each.len() && count(Compiled::Kept) == literals {
+        each.fill(Compiled::Constant);
+    }
+    if let Some(first) = each.first().copied().filter(|first| each.iter().all(|one| one == first)) {
+        *compiled = first;
+        each.clear();
     }
 }
 
@@ -397,14 +474,29 @@ fn is_true(node: &Node) -> bool {
     matches!(node.strict, Some(Const::Int(n)) if n != 0)
 }
 
-/// The name of an element. After the name of arrays within arrays are the lengths of the inner ones.
+/// The name of an element. In the name of an array, `[]` stands for the index of the outermost array, and each
+/// length for the index of an inner one; without `[]`, that index comes first.
 pub(super) fn element(name: &str, index: &Node) -> String {
     let Some(Const::Int(mut n)) = index.strict else { return format!("{name}[?]") };
-    let (name, lens) = name.split_once('[').unwrap_or((name, ""));
-    let mut indices = String::new();
-    for len in lens.rsplit('[').filter_map(|len| len.trim_end_matches(']').parse::<i32>().ok()) {
-        indices = format!("[{}]{indices}", n % len.max(1));
-        n /= len.max(1);
+    let name = match name.split_once('[') {
+        _ if name.contains("[]") => name.to_string(),
+        Some((name, inner)) => format!("{name}[][{inner}"),
+        None => format!("{name}[]"),
+    };
+    let (mut rest, mut indexed) = (&*name, String::new());
+    while let Some((before, (len, after))) =
+        rest.rsplit_once('[').and_then(|(before, after)| Some((before, after.split_once(']')?)))
+    {
+        let index = match len.parse::<i32>() {
+            Ok(len) => {
+                let index = n % len.max(1);
+                n /= len.max(1);
+                index
+            }
+            Err(_) => n,
+        };
+        indexed = format!("[{index}]{after}{indexed}");
+        rest = before;
     }
-    format!("{name}[{n}]{indices}")
+    format!("{rest}{indexed}")
 }

@@ -11,26 +11,31 @@ mod lines;
 mod narrow;
 mod needs;
 mod reasons;
+mod rounds;
 mod show;
 mod sites;
 mod source;
 pub mod text;
+mod through;
 mod value;
 
-pub use cost::{Cost, cost, table};
-pub use derivatives::{Derivatives, ValueOrigin, derivatives};
+pub use cost::{Cost, LineCost, cost, lines as line_costs, ranking, table};
+pub use derivatives::{Derivatives, derivatives};
 pub use lines::explain;
 pub use narrow::Selection;
 pub(crate) use show::{percent, plain, short};
+pub use through::ValueOrigin;
 pub(crate) use value::json_of;
 pub use value::{Shown, digits};
 
 use crate::trace;
 use needs::Needs;
+use osl_ir::Span;
 use osl_ir::global::Global;
 use osl_ir::ir::{Body, Inst, Kernel, Op};
 use osl_ir::passes;
 use osl_syntax::source::SourceMap;
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 use sites::{Passed, Sites};
 use std::collections::BTreeSet;
@@ -42,7 +47,11 @@ pub struct Subject {
     sites: Sites,
     needs: Needs,
     passed: Passed,
+    /// What the passes make of single rounds of loops.
+    rounds: FxHashMap<rounds::RoundKey, rounds::InRound>,
     outputs: Vec<String>,
+    /// The number of values of the source; those of derivatives come after them.
+    values: usize,
     /// The globals that the outputs need.
     globals: BTreeSet<Global>,
     /// Whether it prints, or reports errors of its own.
@@ -56,6 +65,7 @@ impl Subject {
         let sites = Sites::of(&noted);
         let passed = sites::passed(&noted, &sites, options, sources);
         let needs = Needs::of(&noted, &passed.known(&sites), &options.limits);
+        let rounds = rounds::of(&noted, &sites, options);
         let mut outputs: Vec<String> = Vec::new();
         for output in &noted.outputs {
             if !outputs.iter().any(|known| **known == *output.name) {
@@ -73,8 +83,9 @@ impl Subject {
             _ => false,
         };
         let acts = insts().any(acts);
+        let values = noted.values.len();
         let body = trace::prepare(noted, &options.varying, &options.derivs, &options.limits);
-        Subject { body, sites, needs, passed, outputs, globals, acts }
+        Subject { body, sites, needs, passed, rounds, outputs, values, globals, acts }
     }
 }
 
@@ -91,8 +102,51 @@ pub struct Explanation {
     pub lines: Vec<Line>,
     /// The outputs; for an array, each element.
     pub outputs: Vec<(String, Shown)>,
+    /// What a run reports at the point without naming a line.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reports: Vec<Reported>,
     /// Whether the trace became too long and was cut off.
     pub cut: bool,
+}
+
+/// An error, a warning or a note that a run reports, in its words.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Reported {
+    /// `error`, `warning` or `note`.
+    pub severity: &'static str,
+    /// The text.
+    pub message: String,
+    /// What helps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub help: Option<String>,
+}
+
+impl Explanation {
+    /// Adds what a run of the point reports, each text once at its line.
+    pub fn report(&mut self, reports: Vec<(Option<Span>, Reported)>, sources: &SourceMap) {
+        for (span, reported) in reports {
+            let at = span.and_then(|span| source::line_at(span, sources));
+            let text = at.and_then(|at| Some((at.1, source::text_of(at, sources)?)));
+            let list = match text {
+                Some((number, (file, text))) => &mut self.line(file, number, text).reports,
+                None => &mut self.reports,
+            };
+            if !list.contains(&reported) {
+                list.push(reported);
+            }
+        }
+    }
+
+    /// The line of a file, which is added if the explanation does not have it.
+    fn line(&mut self, file: String, number: u32, text: String) -> &mut Line {
+        let after = |line: &Line| line.file == file && line.number >= number;
+        let end = || self.lines.iter().rposition(|line| line.file == file).map(|at| at + 1);
+        let at = self.lines.iter().position(after).or_else(end).unwrap_or(self.lines.len());
+        if self.lines.get(at).is_none_or(|line| line.file != file || line.number != number) {
+            self.lines.insert(at, Line { file, number, text, ..Line::default() });
+        }
+        &mut self.lines[at]
+    }
 }
 
 /// A call of a function of the source.
@@ -111,7 +165,7 @@ pub struct Called {
 }
 
 /// A line of the source.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Line {
     /// Its file.
     pub file: String,
@@ -121,20 +175,24 @@ pub struct Line {
     pub text: String,
     /// Whether it runs.
     pub state: State,
-    /// Why it does not run, or is not needed.
+    /// Why it does not run, or why some of its values are not needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
     /// The numbers of the calls in which it runs; 0 is the shader.
     pub calls: BTreeSet<usize>,
     /// The facts about it.
     pub facts: Vec<Fact>,
+    /// What a run reports at this line.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reports: Vec<Reported>,
 }
 
 /// Whether a line runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     /// It runs.
+    #[default]
     Runs,
     /// The point does not reach it: a branch was not taken, or the shader or a loop was left earlier.
     Skipped,
@@ -162,8 +220,11 @@ pub enum What {
         name: String,
         /// The values, in order.
         values: Vec<Shown>,
-        /// What the compiler made of it.
+        /// What the compiler made of all values; `Kept` if it differs.
         compiled: Compiled,
+        /// What the compiler made of each value, if it differs.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        each: Vec<Compiled>,
         /// How each value changes, if that is requested.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         derivatives: Vec<Derivatives>,

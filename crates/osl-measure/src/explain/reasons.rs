@@ -1,8 +1,8 @@
 //! Why a line does not run, or is not needed, in words.
 
-use super::Subject;
 use super::sites::{FoldedResult, Gate, Site};
 use super::source::{line_at, snippet};
+use super::{Compiled, Fact, Subject, What};
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
@@ -21,16 +21,57 @@ pub(super) struct Reasons<'a> {
 }
 
 impl Reasons<'_> {
-    /// Why the values of a line are not needed.
-    pub(super) fn not_needed(&self) -> String {
+    /// Why values are not needed that `it` names.
+    pub(super) fn not_needed(&self, it: &str) -> String {
         let names: Vec<String> = self.subject.outputs.iter().map(|name| format!("`{name}`")).collect();
         match &names[..] {
-            [one] => format!("the output {one} does not depend on it"),
+            [one] => format!("the output {one} does not depend on {it}"),
             several if (2..=MAX_NAMED).contains(&several.len()) => {
-                format!("none of the outputs {} depends on it", several.join(", "))
+                format!("none of the outputs {} depends on {it}", several.join(", "))
             }
-            _ => "no requested output depends on it".to_string(),
+            _ => format!("no requested output depends on {it}"),
         }
+    }
+
+    /// Why some values of a line are not needed, while others are; `again` has the variables of the line, and
+    /// whether each is assigned again before anything reads it.
+    pub(super) fn partly_needed(&self, facts: &[Fact], again: &[(String, bool)]) -> Option<String> {
+        let unneeded = |name: &str| {
+            let of_name = facts.iter().filter_map(|fact| match &fact.what {
+                What::Set { name: own, compiled, each, .. } if own == name => Some((compiled, each)),
+                _ => None,
+            });
+            let (mut any, mut all) = (false, true);
+            for (compiled, each) in of_name {
+                let all_of_fact = *compiled == Compiled::NotNeeded;
+                any |= all_of_fact || each.contains(&Compiled::NotNeeded);
+                all &= all_of_fact;
+            }
+            any.then_some(all)
+        };
+        let (mut replaced, mut whole, mut part) = (Vec::new(), Vec::new(), Vec::new());
+        for (name, is_again) in again {
+            let shown = if name == "return" { "the result".to_string() } else { format!("`{name}`") };
+            match unneeded(name) {
+                Some(true) if *is_again => replaced.push(name.clone()),
+                Some(true) => whole.push(shown),
+                Some(false) => part.push(shown),
+                None => {}
+            }
+        }
+        let list = |names: &[String], values: &str| match names {
+            [] => None,
+            [names @ .., last] if names.len() < MAX_NAMED => {
+                let names =
+                    if names.is_empty() { String::new() } else { format!("{} or ", names.join(", ")) };
+                Some(self.not_needed(&format!("{values}{names}{last}")))
+            }
+            _ => Some(self.not_needed("these values")),
+        };
+        let replaced = (!replaced.is_empty()).then(|| Reasons::again(&replaced));
+        let all = [replaced, list(&whole, ""), list(&part, "these values of ")];
+        let all: Vec<String> = all.into_iter().flatten().collect();
+        (!all.is_empty()).then(|| all.join("; "))
     }
 
     /// Why values are not needed that are replaced.

@@ -22,10 +22,15 @@ pub(super) fn show(value: &Const) -> String {
         Const::Int(n) => n.to_string(),
         Const::Str(s) => quoted(s),
         Const::Null => "null".to_string(),
-        Const::Float(x) => short(f64::from(*x), 6),
-        Const::Triple(t) => format!("({})", t.map(|x| short(f64::from(x), 6)).join(" ")),
-        Const::Matrix(m) => format!("[{}]", m.map(|x| short(f64::from(x), 6)).join(" ")),
+        Const::Float(x) => number(f64::from(*x)),
+        Const::Triple(t) => format!("({})", t.map(|x| number(f64::from(x))).join(" ")),
+        Const::Matrix(m) => format!("[{}]", m.map(|x| number(f64::from(x))).join(" ")),
     }
+}
+
+/// A number in single precision: six digits, or all before the point as long as a float has them.
+pub(super) fn number(x: f64) -> String {
+    if (1e6..1e8).contains(&x.abs()) { format!("{x:.0}") } else { short(x, 6) }
 }
 
 pub(super) fn show_exact(value: &Exact) -> String {
@@ -90,6 +95,10 @@ mod tests {
             assert_eq!(short(x, 6), text);
         }
         assert_eq!(short(f64::NAN, 6), "NaN");
+        assert_eq!(
+            [1e6, -1_000_000.625, 16_777_216.0, 1e8].map(number),
+            ["1000000", "-1000001", "16777216", "1e8"]
+        );
         assert_eq!([173.2, 8.24, -2817.0, 1.0e7].map(|x| plain(x, 2)), ["170", "8.2", "-2800", "1e7"]);
     }
 }

@@ -6,7 +6,7 @@ use osl_ir::Span;
 use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Note, Op, Test, ValueId};
 use osl_ir::passes::{self, Pass};
 use osl_syntax::source::SourceMap;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// A note of the source.
 #[derive(Debug)]
@@ -19,6 +19,8 @@ pub(super) struct Site {
     pub(super) args: Vec<ValueId>,
     /// The innermost branch that decides whether it runs: an index into [`Sites::around`].
     pub(super) inside: Option<usize>,
+    /// The sites that tell that a round of a loop around it begins, from the outermost loop.
+    pub(super) rounds: Vec<u32>,
 }
 
 /// Code that may not run.
@@ -53,13 +55,15 @@ pub(super) struct Sites {
     pub(super) around: Vec<Around>,
     /// The numbers, in the order of the program.
     pub(super) order: Vec<u32>,
+    /// For the site that tells that a loop is reached, the one that tells that a round begins.
+    pub(super) round_of: FxHashMap<u32, u32>,
 }
 
 impl Sites {
     /// The notes of a lowered body, before any pass.
     pub(super) fn of(body: &Body) -> Sites {
         let mut sites = Sites::default();
-        sites.block(body, body.entry, None, None);
+        sites.block((body, body.entry), None, None, &[]);
         sites
     }
 
@@ -74,7 +78,14 @@ impl Sites {
         }
     }
 
-    fn block(&mut self, body: &Body, id: BlockId, inside: Option<usize>, entered: Option<u32>) {
+    fn block(
+        &mut self,
+        (body, id): (&Body, BlockId),
+        inside: Option<usize>,
+        entered: Option<u32>,
+        rounds: &[u32],
+    ) {
+        let mut rounds = rounds.to_vec();
         // The last condition that was noted.
         let mut tested: Option<(u32, ValueId)> = None;
         // The last loop that was noted.
@@ -88,7 +99,12 @@ impl Sites {
                     if *note == Note::Loop {
                         reached = Some(*site);
                     }
-                    let known = Site { span: inst.span, note: note.clone(), args: args.to_vec(), inside };
+                    if let (Note::Round, Some(entered)) = (note, entered) {
+                        self.round_of.insert(entered, *site);
+                        rounds.push(*site);
+                    }
+                    let (note, args) = (note.clone(), args.to_vec());
+                    let known = Site { span: inst.span, note, args, inside, rounds: rounds.clone() };
                     if self.by_number.insert(*site, known).is_none() {
                         self.order.push(*site);
                     }
@@ -105,10 +121,10 @@ impl Sites {
                         };
                         self.around.push(Around { gate, outer: inside });
                         let here = self.around.len() - 1;
-                        self.block(body, side, Some(here), entered);
+                        self.block((body, side), Some(here), entered, &rounds);
                     }
                 }
-                Op::Loop { body: inner, .. } => self.block(body, *inner, inside, reached),
+                Op::Loop { body: inner, .. } => self.block((body, *inner), inside, reached, &rounds),
                 _ => {}
             }
         }
@@ -138,6 +154,8 @@ pub(super) struct Passed {
     pub(super) made: FxHashMap<u32, FoldedResult>,
     /// Sites that the passes removed.
     pub(super) gone: Vec<u32>,
+    /// Sites of values that are constants of the source.
+    pub(super) literals: FxHashSet<u32>,
 }
 
 impl Passed {
@@ -163,7 +181,7 @@ pub(super) fn passed(noted: &Body, sites: &Sites, options: &passes::Options, sou
     let (before, after) = (values_at(noted), values_at(&after));
     let line = |span: Span| sources.line(span).map(|(file, line)| (file.base, line));
     let mut made = FxHashMap::default();
-    let mut gone = Vec::new();
+    let (mut gone, mut literals) = (Vec::new(), FxHashSet::default());
     for site in &sites.order {
         let Some(now) = after.get(site) else {
             gone.push(*site);
@@ -174,7 +192,7 @@ pub(super) fn passed(noted: &Body, sites: &Sites, options: &passes::Options, sou
             (Some(Source::Const(_)), Source::Const(value)) if is_test => {
                 made.insert(*site, FoldedResult::Constant(value.clone()));
             }
-            (Some(Source::Const(_)), _) => {}
+            (Some(Source::Const(_)), _) => drop(literals.insert(*site)),
             (_, Source::Const(value)) => {
                 made.insert(*site, FoldedResult::Constant(value.clone()));
             }
@@ -187,7 +205,7 @@ pub(super) fn passed(noted: &Body, sites: &Sites, options: &passes::Options, sou
             _ => {}
         }
     }
-    Passed { made, gone }
+    Passed { made, gone, literals }
 }
 
 /// Where a value of a note comes from.

@@ -1,6 +1,11 @@
 //! An explanation as text.
 
-use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Test, Triple, ValueOrigin, What};
+use super::show::number;
+use super::{
+    Called, Compiled, Derivatives, Explanation, Fact, Line, Reported, Shown, State, Test, Triple,
+    ValueOrigin, What,
+};
+use osl_syntax::escape::shown;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -36,6 +41,9 @@ pub fn text(explanation: &Explanation, place: &str, style: Style) -> String {
     out.push('\n');
     if explanation.cut {
         out.push_str("The way was too long to be followed to its end; what is above is its beginning.\n");
+    }
+    for text in explanation.reports.iter().flat_map(reported) {
+        let _ = writeln!(out, "{text}");
     }
     for (name, value) in &explanation.outputs {
         let _ = writeln!(out, "{name} = {}", writer.value(value));
@@ -85,9 +93,10 @@ impl Writer<'_> {
         }
         let told = self.line_facts(line);
         told.iter().for_each(|text| say(text));
-        if line.state == State::NotNeeded {
+        if line.state == State::NotNeeded || line.why.is_some() {
             say(&format!("not needed{why}"));
         }
+        line.reports.iter().flat_map(reported).for_each(|text| say(&text));
     }
 
     /// The sentences about a line that runs.
@@ -196,15 +205,18 @@ impl Writer<'_> {
                 self.list(&calls, out);
             }
             what => {
-                let status = |fact: &Fact| match fact.what {
-                    What::Set { compiled, .. } if !say.quiet => compiled_text(compiled),
+                let status = |fact: &Fact| match &fact.what {
+                    What::Set { compiled, each, .. } if !say.quiet => match &each[..] {
+                        [] => compiled_text(*compiled),
+                        each => each_text(each),
+                    },
                     _ => String::new(),
                 };
                 // The calls of a function may differ in what the compiler makes of them.
                 let of_all = facts.iter().all(|fact| status(fact) == status(first));
                 let in_call = |fact: &&Fact| {
                     let status = if of_all { String::new() } else { status(fact) };
-                    (fact.call, self.sentence(&fact.what, say.named) + &status)
+                    (fact.call, self.sentence(&fact.what, say) + &status)
                 };
                 let texts: Vec<(usize, String)> = facts.iter().map(in_call).collect();
                 let name = match what {
@@ -232,12 +244,7 @@ impl Writer<'_> {
             let last = if shown.len() < derivatives.len() { "the last: " } else { "" };
             let call = if several { format!(" (call {})", fact.call) } else { String::new() };
             if derivs.dx.iter().chain(&derivs.dy).all(|x| *x == 0.0) {
-                let why = match derivs.made {
-                    ValueOrigin::Constant => ": a constant here".to_string(),
-                    ValueOrigin::Derivative => ": in the language, a derivative has none itself".to_string(),
-                    ValueOrigin::Other => through(&derivs.through),
-                };
-                out.push(format!("  {last}derivative 0{why}{call}"));
+                out.push(format!("  {last}derivative 0{}{call}", nothing(derivs)));
                 continue;
             }
             let mut text = format!("  {last}");
@@ -245,6 +252,9 @@ impl Writer<'_> {
                 text += &format!("d/du = {}, d/dv = {}; ", list(&derivs.du), list(&derivs.dv));
             }
             text += &format!("to the next pixel {} in x, {} in y", list(&derivs.dx), list(&derivs.dy));
+            if !derivs.why.is_empty() {
+                text += &format!(", as the language defines it: {}", derivs.why.join("; "));
+            }
             out.push(text + &through(&derivs.through) + &call);
         }
     }
@@ -288,13 +298,13 @@ impl Writer<'_> {
         }
     }
 
-    fn sentence(&self, what: &What, named: bool) -> String {
+    fn sentence(&self, what: &What, say: Say) -> String {
         match what {
             What::Set { values, .. } => self.values(values),
             What::Branch { test, condition, taken, flips, known } => {
                 let outcome = outcome(taken, *flips, *known);
                 match test {
-                    Test::If if !named => outcome,
+                    Test::If if !say.named => outcome,
                     Test::If | Test::Operand => format!("`{condition}` is {outcome}"),
                     Test::Choice => format!("`{condition} ?` is {outcome}"),
                 }
@@ -367,6 +377,18 @@ impl Writer<'_> {
     }
 }
 
+/// What a run reports, line by line.
+fn reported(reported: &Reported) -> Vec<String> {
+    let Reported { severity, message, help } = reported;
+    let help = help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
+    let text = format!("{severity}: {message}{help}");
+    let line = |(at, line): (usize, &str)| {
+        let indent = if at == 0 { "" } else { "    " };
+        shown(&format!("{indent}{line}")).into_owned()
+    };
+    text.lines().enumerate().map(line).collect()
+}
+
 /// The variables from which a value is made.
 fn through(names: &[(String, Option<u32>)]) -> String {
     let names = names.iter().map(|(name, line)| match line {
@@ -377,12 +399,26 @@ fn through(names: &[(String, Option<u32>)]) -> String {
     if names.is_empty() { String::new() } else { format!("; through {}", names.join(", ")) }
 }
 
+/// Why a derivative is 0.
+fn nothing(derivs: &Derivatives) -> String {
+    match derivs.made {
+        ValueOrigin::Constant => ": a constant here".to_string(),
+        _ if !derivs.why.is_empty() => format!(" in the language: {}", derivs.why.join("; ")),
+        _ if !derivs.through.is_empty() => through(&derivs.through),
+        _ if !derivs.still.is_empty() => {
+            through(&derivs.still)
+                + if derivs.still.len() == 1 { ", which has none" } else { ", which have none" }
+        }
+        _ => ": it stays the same around this point".to_string(),
+    }
+}
+
 /// A number, or the components of a triple.
 fn list(numbers: &[f64]) -> String {
     match numbers {
-        [one] => super::short(*one, 6),
+        [one] => number(*one),
         several => {
-            let all: Vec<String> = several.iter().map(|x| super::short(*x, 6)).collect();
+            let all: Vec<String> = several.iter().map(|x| number(*x)).collect();
             format!("({})", all.join(" "))
         }
     }
@@ -408,19 +444,54 @@ fn name_of(form: &str) -> &str {
     form.split('(').next().and_then(|head| head.split(' ').next_back()).unwrap_or("")
 }
 
-fn compiled_text(compiled: Compiled) -> String {
+fn compiled_words(compiled: Compiled) -> Option<String> {
     match compiled {
-        Compiled::Kept => String::new(),
-        Compiled::NotNeeded => " (not needed)".to_string(),
-        Compiled::Constant => " (known when the shader is compiled)".to_string(),
-        Compiled::SameAsLine(line) => format!(" (line {line} computes the same)"),
+        Compiled::Kept => None,
+        Compiled::NotNeeded => Some("not needed".to_string()),
+        Compiled::Constant => Some("known when the shader is compiled".to_string()),
+        Compiled::SameAsLine(line) => Some(format!("line {line} computes the same")),
     }
+}
+
+fn compiled_text(compiled: Compiled) -> String {
+    compiled_words(compiled).map_or_else(String::new, |words| format!(" ({words})"))
+}
+
+/// What the compiler made of the values of which list: `(values 1 to 3, 5 not needed)`.
+fn each_text(each: &[Compiled]) -> String {
+    let mut kinds: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
+    for (number, compiled) in (1..).zip(each) {
+        let Some(words) = compiled_words(*compiled) else { continue };
+        let at = kinds.iter().position(|(known, _)| *known == words).unwrap_or(kinds.len());
+        if at == kinds.len() {
+            kinds.push((words, Vec::new()));
+        }
+        match kinds[at].1.last_mut() {
+            Some((_, end)) if *end + 1 == number => *end = number,
+            _ => kinds[at].1.push((number, number)),
+        }
+    }
+    let parts = kinds.into_iter().map(|(words, runs)| {
+        let few: Vec<String> = runs
+            .iter()
+            .take(SHOWN)
+            .map(|run| match run {
+                (start, end) if start == end => start.to_string(),
+                (start, end) => format!("{start} to {end}"),
+            })
+            .collect();
+        let more = if runs.len() > SHOWN { ", …" } else { "" };
+        let value = if matches!(runs[..], [(start, end)] if start == end) { "value" } else { "values" };
+        format!("{value} {}{more} {words}", few.join(", "))
+    });
+    let parts: Vec<String> = parts.collect();
+    if parts.is_empty() { String::new() } else { format!(" ({})", parts.join("; ")) }
 }
 
 fn extremes(numbers: &[f64]) -> String {
     let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
     let most = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    format!(" from {} to {}", super::short(least, 6), super::short(most, 6))
+    format!(" from {} to {}", number(least), number(most))
 }
 
 fn times(n: usize) -> String {

@@ -18,6 +18,8 @@ pub struct Shown {
     exact: Option<Exact>,
     /// The text of a closure.
     closure: Option<String>,
+    /// Whether the value is the first element of an array, and stands for it.
+    is_array: bool,
     /// Decimal digits that the two values share, in the worst component. Absent if all digits of single
     /// precision agree, or if the value is NaN or infinite.
     pub digits: Option<f64>,
@@ -29,7 +31,18 @@ impl Shown {
         let node = trace.node(id);
         let is_closure = matches!(node.exact, Some(Exact::Closure(_)));
         let closure = is_closure.then(|| closure::text(id, trace));
-        Shown { strict: node.strict.clone(), exact: node.exact.clone(), closure, digits: node_digits(node) }
+        Shown {
+            strict: node.strict.clone(),
+            exact: node.exact.clone(),
+            closure,
+            is_array: false,
+            digits: node_digits(node),
+        }
+    }
+
+    /// The value as the first element of an array.
+    pub(super) fn of_array(self) -> Shown {
+        Shown { is_array: true, ..self }
     }
 
     /// The value as a run computes it; none if only the double-precision arithmetic gets there. The value of
@@ -42,6 +55,7 @@ impl Shown {
     pub fn value(&self) -> String {
         match (&self.closure, &self.strict) {
             (Some(text), _) => text.clone(),
+            (None, Some(value)) if self.is_array => format!("{{{}, …}}", show(value)),
             (None, Some(value)) => show(value),
             (None, None) => "(not computed)".to_string(),
         }
@@ -90,7 +104,7 @@ pub(crate) fn json_of(value: &Const) -> serde_json::Value {
 
 impl Serialize for Shown {
     /// `value` and `exact`: a number, an array of numbers, or a text; and `digits`. The text of a closure is
-    /// marked by `closure`.
+    /// marked by `closure`, and the first element of an array by `array`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let value = match (&self.closure, &self.strict) {
             (Some(text), _) => text.as_str().into(),
@@ -107,12 +121,16 @@ impl Serialize for Shown {
             (_, Some(Exact::Closure(_)) | None) => serde_json::Value::Null,
         };
         let is_closure = self.closure.is_some();
-        let mut fields = serializer.serialize_struct("Shown", 3 + usize::from(is_closure))?;
+        let more = usize::from(is_closure) + usize::from(self.is_array);
+        let mut fields = serializer.serialize_struct("Shown", 3 + more)?;
         fields.serialize_field("value", &value)?;
         fields.serialize_field("exact", &exact)?;
         fields.serialize_field("digits", &self.digits)?;
         if is_closure {
             fields.serialize_field("closure", &true)?;
+        }
+        if self.is_array {
+            fields.serialize_field("array", &true)?;
         }
         fields.end()
     }

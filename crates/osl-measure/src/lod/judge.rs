@@ -6,8 +6,8 @@
 
 use super::ground::Ground;
 use super::off::{BLOCKS, Off, Square, shift};
+use crate::cost::cost;
 use crate::sample::{Filter, Oracle, Pattern, Shading, oracle, reaches, some_pixels};
-use crate::stability::cost::cost;
 use osl::stages::{self, Compiled};
 use osl_exec::{PointSource, RunError, RunOptions, Services};
 use osl_ir::global::Global;

@@ -14,7 +14,6 @@ mod again;
 mod blame;
 mod broken;
 mod charge;
-pub(crate) mod cost;
 mod examine;
 pub mod fix;
 pub mod html;

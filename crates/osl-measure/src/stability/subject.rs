@@ -114,7 +114,7 @@ impl Programs {
         let exact = stages::finish(plain, &double).program;
         let mut insts = strict.body.blocks.iter().flat_map(|b| &b.insts);
         let differentiates = insts.any(|i| matches!(i.op, osl_ir::ir::Op::GlobalDeriv(..)));
-        let cost = super::cost::cost(&strict.body);
+        let cost = crate::cost::cost(&strict.body);
         (Programs { strict: strict.program, exact, cost }, differentiates)
     }
 }

@@ -1,12 +1,13 @@
 //! The follower, which walks the IR for one point.
 
-use super::kernel::{Closures, Kernels, LARGE_CALLS, NoiseCall};
+use super::kernel::{Closures, Kernels, NoiseCall};
 use super::random::Random;
 use super::{Exact, Node, NodeId, OnePoint, Trace, What, eval};
 use osl_exec::Services;
 use osl_ir::Span;
 use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, SlotId, Source, ValueId};
 use osl_limits::Limits;
+use rustc_hash::FxHashSet;
 use std::sync::Arc;
 
 /// Which arithmetics take a branch.
@@ -74,7 +75,7 @@ fn followed(
     let mut follower = Follower {
         body,
         limits,
-        kernels: Kernels { services, point, limits, large: LARGE_CALLS.into(), stopped: false.into() },
+        kernels: Kernels::new(services, point, limits),
         values: vec![NONE; body.values.len()],
         arrays: [0, 1].map(|_| body.slots.iter().map(elements).collect()),
         nodes: Vec::new(),
@@ -82,11 +83,12 @@ fn followed(
         spent: 0,
         closures: 0,
         result: None,
+        reporting: FxHashSet::default(),
         random,
     };
     let cut = follower.block(body.entry, way).is_err();
     let outputs = if cut { Vec::new() } else { follower.outputs(way) };
-    Trace { nodes: follower.nodes, outputs, cut }
+    Trace { nodes: follower.nodes, outputs, reporting: follower.reporting, cut }
 }
 
 struct Follower<'a> {
@@ -104,6 +106,8 @@ struct Follower<'a> {
     closures: i32,
     /// The first result of the instruction that makes nodes.
     result: Option<ValueId>,
+    /// The results of calls that reported something.
+    reporting: FxHashSet<NodeId>,
     /// How results are rounded, if not to the nearest.
     random: Option<Random>,
 }
@@ -326,6 +330,7 @@ impl Follower<'_> {
             nodes.iter().zip(args).map(|(n, a)| self.strict(*n, body.kind(*a))).collect();
         let exact_args: Vec<Exact> =
             nodes.iter().zip(args).map(|(n, a)| self.exact(*n, body.kind(*a))).collect();
+        let mut reports = false;
         let (strict, exact) = match NoiseCall::of(kernel, &strict_args) {
             Some(call) => (
                 way.strict().then(|| self.noise(&call, &strict_args, &kinds)),
@@ -351,6 +356,7 @@ impl Follower<'_> {
                 let strict = way
                     .strict()
                     .then(|| self.kernels.run(kernel, (&strict_args, closures), &kinds, &arrays[0], body));
+                reports = self.kernels.reported.take();
                 let rounded: Vec<Const> = exact_args.iter().map(Exact::round).collect();
                 let exact = way.exact().then(|| match &strict {
                     // Both arithmetics have the same arguments, so the call runs once.
@@ -380,6 +386,9 @@ impl Follower<'_> {
             let exact = exact.as_ref().and_then(|v| v.get(index)).cloned();
             let what = What::Kernel(shared.clone(), index);
             let node = self.push(what, inst.span, nodes.clone(), half(&strict), exact)?;
+            if reports {
+                self.reporting.insert(node);
+            }
             self.set(Some(result), node);
         }
         Ok(())

@@ -124,7 +124,7 @@ fn type_of(kind: Kind, len: Option<u32>) -> Type {
 /// limit to set: `running.trace` bounds the number of calls.
 const STEPS: u64 = 1 << 15;
 /// Calls of a trace that may take as many steps as a whole run, such as those of regular expressions.
-pub(super) const LARGE_CALLS: u32 = 64;
+const LARGE_CALLS: u32 = 64;
 
 /// The arguments of a kernel that are closures: they have no values, so the program for a call makes them
 /// again.
@@ -182,7 +182,7 @@ pub(crate) fn run_call(
     array: &[Const],
     body: &Body,
 ) -> Option<Vec<Const>> {
-    let kernels = Kernels { services, point, limits, large: LARGE_CALLS.into(), stopped: false.into() };
+    let kernels = Kernels::new(services, point, limits);
     let closures = Closures { nodes: &[], args: &[] };
     let (values, _) = kernels.run(kernel, (args, closures), kinds, array, body);
     (!kernels.stopped.get()).then_some(values)
@@ -197,9 +197,16 @@ pub(super) struct Kernels<'a> {
     pub(super) large: Cell<u32>,
     /// Whether a call did not end, so that its results are unknown.
     pub(super) stopped: Cell<bool>,
+    /// Whether a call reported an error or warning since this was last asked.
+    pub(super) reported: Cell<bool>,
 }
 
-impl Kernels<'_> {
+impl<'a> Kernels<'a> {
+    pub(super) fn new(services: &'a Services, point: OnePoint<'a>, limits: &'a Limits) -> Kernels<'a> {
+        let (stopped, reported) = (false.into(), false.into());
+        Kernels { services, point, limits, large: LARGE_CALLS.into(), stopped, reported }
+    }
+
     /// The results of a kernel, and the array that it leaves behind; `given` is the array that it reads.
     /// Messages found by name at run time and dictionary nodes do not outlast a call.
     pub(super) fn run(
@@ -258,6 +265,7 @@ impl Kernels<'_> {
             self.stopped.set(true);
             return (zeros, Vec::new());
         };
+        self.reported.set(self.reported.get() || !frame.messages.is_empty());
         let mut planes = frame.planes.iter().map(|p| p.words.first().copied().unwrap_or(0));
         let mut printed = frame.printed.iter().map(|p| p.text.clone());
         let mut next = |kind: Kind| match kind {

@@ -23,6 +23,7 @@ use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Body, Const, Kernel, LaneOp, ValueId};
 use osl_ir::types::Type;
 use osl_limits::Limits;
+use rustc_hash::FxHashSet;
 use std::sync::Arc;
 
 /// Number of a node of a [`Trace`].
@@ -76,6 +77,8 @@ pub struct Trace {
     pub nodes: Vec<Node>,
     /// The outputs: name, type, and the nodes of the values (one, or one for each element of an array).
     pub outputs: Vec<(Arc<str>, Type, Vec<NodeId>)>,
+    /// The results of calls that reported an error or warning in strict arithmetic.
+    pub reporting: FxHashSet<NodeId>,
     /// Whether the trace was cut off because it became too long.
     pub cut: bool,
 }

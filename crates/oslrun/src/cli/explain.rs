@@ -4,14 +4,17 @@ use super::Failure;
 use super::args::{self, RunArgs};
 use super::json::json;
 use super::load::{self, LoadedShader, Request};
-use super::session::{grid, grid_spaces, services, spaces};
+use super::session::{self, grid, grid_spaces, services, spaces};
+use super::shading::Report;
 use super::{data, surface};
 use clap::Args;
+use osl::stages;
 use osl_exec::{PointSource, Services};
+use osl_ir::Span;
 use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_measure::explain::text::{self, Style};
-use osl_measure::explain::{self, Explanation, Selection, Subject, cost};
+use osl_measure::explain::{self, Explanation, Reported, Selection, Subject, cost};
 use osl_measure::trace::{self, OnePoint};
 use osl_scene::{Grid, WithData};
 use std::io::Write;
@@ -47,7 +50,8 @@ pub(super) struct ExplainArgs {
     /// Show calls within calls only up to this depth; 0 shows the shader itself.
     #[arg(long, value_name = "N")]
     depth: Option<usize>,
-    /// Show what each output needs: instructions, layers, derivatives, globals and textures.
+    /// Show what each output needs (instructions, layers, derivatives, globals and textures), and which lines
+    /// cost most. No clock is asked.
     #[arg(long)]
     cost: bool,
     /// Print JSON.
@@ -83,8 +87,16 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     let (loaded, noted) = load::load_noted(&Request::of(run), err)?;
     if args.cost {
         let affine = spaces(run, grid_spaces(run)).affine();
-        let costs = cost(&loaded.body, &passes::Options { affine, ..options(run, &grid(run)) });
-        let text = if args.json { json(&costs)? } else { explain::table(&costs) };
+        let options = passes::Options { affine, ..options(run, &grid(run)) };
+        let mut costs = cost(&loaded.body, &options);
+        let lines = explain::line_costs(&loaded.body, &options, &loaded.sources);
+        let text = match (args.json, costs.get_mut(1)) {
+            (true, Some(all)) => {
+                all.lines = lines;
+                json(&costs)?
+            }
+            _ => format!("{}\n{}", explain::table(&costs), explain::ranking(&lines)),
+        };
         let _ = out.write_all(text.as_bytes());
         return Ok(());
     }
@@ -196,10 +208,39 @@ fn told(
         let with_derivs = load::load_with_derivs(&Request::of(run))?;
         let with_derivs = Subject::new(with_derivs, &options, &loaded.sources);
         let with = trace::follow(&with_derivs.body, services, point, &options.limits);
-        explain::derivatives(&mut explanation, &trace, &with, point, &loaded.sources);
+        explain::derivatives(&mut explanation, (&trace, &subject), &with, point, &loaded.sources);
     }
+    explanation.report(reported(run, loaded, point, services, options), &loaded.sources);
     explanation.narrow(part).map_err(Failure::new)?;
     Ok(explanation)
+}
+
+/// What a run of the point reports; nothing if it does not end. The trace cannot tell: it also computes what
+/// no output needs, and messages between layers do not outlast its calls.
+fn reported(
+    run: &RunArgs,
+    loaded: &LoadedShader,
+    point: OnePoint<'_>,
+    services: &Services,
+    options: passes::Options,
+) -> Vec<(Option<Span>, Reported)> {
+    let options =
+        passes::Options { affine: services.spaces.affine(), without: run.without_pass.clone(), ..options };
+    let compiled = stages::finish(loaded.body.clone(), &options);
+    let Ok(frame) = osl_exec::run(&compiled.program, services, &point, &session::options(run), &|_| ())
+    else {
+        return Vec::new();
+    };
+    let report = Report {
+        sources: &loaded.sources,
+        format: run.read.message_format,
+        points: (1, "points"),
+        width: None,
+        textures: &services.textures,
+        path_option: "--texture-path",
+        texts: &loaded.texts,
+    };
+    frame.messages.iter().flat_map(|said| report.told(said)).collect()
 }
 
 /// The pixel whose point is closest to u and v.

@@ -10,6 +10,7 @@ use super::args::MessageFormat;
 use osl_exec::{Keeping, Message, Said, Severity};
 use osl_image::{Missing, TextureCache};
 use osl_ir::Span;
+use osl_measure::explain::Reported;
 use osl_syntax::escape::shown;
 use osl_syntax::source::{Position, SourceMap};
 use serde::Serialize;
@@ -155,6 +156,13 @@ impl Report<'_> {
                 Some((here(line)?, text, line.severity == "error"))
             })
             .collect()
+    }
+
+    /// A message without the points that caused it: its place, and its text.
+    pub(super) fn told(&self, said: &Said) -> Vec<(Option<Span>, Reported)> {
+        let (lines, _) = self.lines(std::slice::from_ref(said));
+        let told = |Line { severity, message, help, .. }| Reported { severity, message, help };
+        lines.into_iter().map(|line| (said.message.at, told(line))).collect()
     }
 
     fn human(&self, line: &Line) -> String {

@@ -85,6 +85,188 @@ fn variables_have_derivatives() {
     assert!(json.contains("derivatives"), "{value}");
 }
 
+const REPORTING: &str =
+    "shader s(string Filename = \"\", string Other = \"none.png\", string Space = \"nowhere\",
+    output float r = 0, output color c = 0, output point p = 0)
+{
+    float pal[5] = { 1, 2, 3, 4, 5 };
+    int i = int(u * 10) + 5;
+    r = pal[i];
+    c = texture(Filename, u, v);
+    c += texture(Other, u, v);
+    p = transform(Space, P);
+    p += transform(\"common\", \"elsewhere\", P);
+    if (u < 2)
+        error(\"u is %g\", u);
+    warning(\"row %g\", v);
+    c = color(\"hsvv\", c[0], c[1], c[2]);
+    r += noise(\"perlinn\", P);
+}
+";
+
+/// Each message of a run of the point stands at its line, in the same words.
+#[test]
+fn what_a_run_reports_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    std::fs::write(&file, REPORTING).unwrap();
+    let file = file.display().to_string();
+    let (_, _, run) = oslrun(&[&file, "-g", "1x1"]);
+    let (code, out, err) = oslrun(&["explain", &file, "-g", "1x1"]);
+    assert_eq!(code, 0, "{err}");
+    let (_, json, _) = oslrun(&["explain", &file, "-g", "1x1", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let mut count = 0;
+    for said in run.lines().filter(|line| line.contains(", at 1 of 1 points")) {
+        let (severity, rest) = said.split_once(": ").unwrap();
+        let (line, rest) = rest.strip_prefix(&format!("{file}:")).unwrap().split_once(": ").unwrap();
+        let (message, rest) = rest.split_once(", at 1 of 1 points, first at pixel (0, 0)").unwrap();
+        let line: u64 = line.parse().unwrap();
+        let mut below =
+            out.lines().skip_while(|text| !text.trim().starts_with(&format!("{line} | "))).skip(1);
+        let told = format!(":   {severity}: {message}{rest}");
+        assert!(
+            below.by_ref().take_while(|text| text.trim().starts_with(':')).any(|text| text.trim() == told),
+            "{told}\n{out}"
+        );
+        let lines = json["lines"].as_array().unwrap();
+        let reports = &lines.iter().find(|own| own["number"] == line).unwrap()["reports"];
+        let has = reports
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|own| own["message"] == message && own["severity"] == severity);
+        assert!(has, "{reports}");
+        count += 1;
+    }
+    assert_eq!(count, 9, "{run}");
+    assert!(!out.contains("with the translation of the matrix"), "{out}");
+}
+
+#[test]
+fn names_arrays_and_large_numbers_are_those_of_the_source() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    let text = "struct Layer { color albedo; float w[2]; };
+struct Stack { Layer layers[3]; float k; };
+float two(vector a, float b) { return a[0] + b; }
+float two(color a, float b) { return a[0] - b; }
+shader s(output float r = 0, output color c = 0)
+{
+    float knots[5] = { 0, 0.5, 1, 0.5, 0 };
+    r = spline(\"catmull-rom\", 0.47, knots);
+    float big = 1000000.625;
+    Stack all[2];
+    all[1].layers[2].albedo = color(u, v, 0);
+    all[1].layers[2].w[1] = 3;
+    Stack s = all[1];
+    s.layers[1].albedo = 2;
+    c = color(\"hsv\", u, v, 1) + s.layers[2].albedo * big * s.layers[2].w[1];
+    r += two(N, 1);
+    printf(\"%g\\n\", knots);
+}
+";
+    std::fs::write(&file, text).unwrap();
+    let (code, out, err) = oslrun(&["explain", &file.display().to_string(), "-g", "4x4"]);
+    assert_eq!(code, 0, "{err}");
+    for told in [
+        "spline(\"catmull-rom\", 0.47, {0, …}) = ",
+        "big = 1000001",
+        "all[1].layers[2].albedo = (0.666667 0.666667 0)",
+        "all[1].layers[2].w[1] = 3",
+        "s.layers[1].albedo = (2 2 2)",
+        "calls color color(string space, color C)\n",
+        "color(\"hsv\", (0.666667 0.666667 1)) = ",
+        "not float two(color a, float b): it would convert argument 1 from normal to color, which is further than to vector",
+        "printf(\"%g\\n\", 0, 0.5, 1, 0.5, 0)",
+    ] {
+        assert!(out.contains(told), "{told}\n{out}");
+    }
+    assert!(!out.contains("in space") && !out.contains("layers.albedo"), "{out}");
+}
+
+/// Rounds of a loop differ in what the compiler makes of them, and a needed parameter may share a line with an
+/// output that is not.
+#[test]
+fn each_round_has_its_status_and_each_value_its_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    let text = "shader s(float k = 2, output float r = 0, output float q = 0)
+{
+    for (int i = 0; i < 4; i++) {
+        float a = noise(P * (i + k));
+        if (i == 1)
+            r = a;
+        q += a;
+    }
+    for (int i = 0; i < 100; i++)
+        r += u;
+}
+";
+    std::fs::write(&file, text).unwrap();
+    let args = ["explain", &file.display().to_string(), "-g", "4x4", "--outputs", "r"];
+    let (_, out, _) = oslrun(&args);
+    for told in [
+        "q = 0 (not needed)",
+        "not needed: the output `r` does not depend on `q`",
+        "(values 1, 3 to 4 not needed)",
+        "not needed: the output `r` does not depend on these values of `a`",
+        "i = 0, 1, 2, 3, 4 (known when the shader is compiled)",
+        "i = 0, 1, 2, 3, … 100 (101 values from 0 to 100)\n",
+    ] {
+        assert!(out.contains(told), "{told}\n{out}");
+    }
+    let (_, json, _) = oslrun(&[&args[..], &["--json"]].concat());
+    assert!(json.contains("\"each\""), "{json}");
+}
+
+/// Where the language's derivative is not the one of mathematics, the reason is given; the variables that
+/// contribute nothing are not named.
+#[test]
+fn derivatives_have_their_reasons() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    let text = "shader s(output float r = 0, output color c = 0)
+{
+    float wave = sin(6 * u);
+    float s = sign(wave) * v;
+    float a = atan2(v - 0.5, u - 0.5);
+    float b = 2 * a;
+    c = color(\"hsv\", wave, v, 1);
+    float m = min(u + 1, v + 3);
+    float f = floor(9.5 * u);
+    float n = N[0];
+    float d = Dx(wave) * v;
+    float k = 3;
+    color t = transformc(\"hsv\", \"rgb\", color(u, v, 1));
+    r = s + b + m + f + n + d + k + t[0];
+}
+";
+    std::fs::write(&file, text).unwrap();
+    let args = ["explain", &file.display().to_string(), "-g", "256x256", "--at", "101,100", "--derivatives"];
+    let (_, out, err) = oslrun(&args);
+    let reversed =
+        "as the language defines it: the sign of the derivative of `atan2` is reversed, as in the reference";
+    for (line, told) in [
+        (4, "in y; through v".to_string()),
+        (5, format!("{reversed}; through u, v")),
+        (6, format!("{reversed}; through a (line 5)")),
+        (7, "derivative 0 in the language: a color in a named space has no derivative".to_string()),
+        (8, "in y; through u".to_string()),
+        (9, "derivative 0: it stays the same around this point".to_string()),
+        (10, "derivative 0; through N, which has none".to_string()),
+        (11, "as the language defines it: a derivative has none itself; through v".to_string()),
+        (12, "derivative 0: a constant here".to_string()),
+        (13, "in y; through u, v".to_string()),
+    ] {
+        let mut below =
+            out.lines().skip_while(|text| !text.trim().starts_with(&format!("{line} | "))).skip(1);
+        let found =
+            below.by_ref().take_while(|text| text.trim().starts_with(':')).any(|text| text.ends_with(&told));
+        assert!(found, "{line}: {told}\n{out}{err}");
+    }
+}
+
 #[test]
 fn a_pixel_of_a_surface() {
     let folder = tempfile::tempdir().unwrap();

@@ -16,6 +16,7 @@ mod in_process;
 #[path = "../studio_client/mod.rs"]
 mod studio_client;
 
+mod answers;
 mod bad_input;
 mod book;
 mod bounds;

@@ -1,0 +1,191 @@
+//! What the compiler makes of single rounds of loops.
+//!
+//! The passes unroll a loop with a few known rounds, and each copy of an assignment has a result of its own. To
+//! tell which round a copy belongs to, a copy of the body counts the rounds of each loop, and marks each
+//! assignment with the counts: in unrolled code they are constants. This module must not know what happened
+//! at a point.
+
+use super::sites::Sites;
+use osl_ir::Span;
+use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Note, Op, Slot, SlotId, ValueId};
+use osl_ir::passes::{self, Pass};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+/// What the compiler makes of an assignment or a condition in one round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum InRound {
+    /// The value is known when the shader is compiled.
+    Constant,
+    /// No requested output needs the value.
+    Unneeded,
+    /// Neither is known.
+    Kept,
+}
+
+/// A site, and the rounds of the loops around it, from the outermost.
+pub(super) type RoundKey = (u32, Vec<i32>);
+
+/// The mark of a site has its number with this bit.
+const MARK: u32 = 1 << 31;
+
+/// The results of all rounds of loops that are unrolled.
+pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHashMap<RoundKey, InRound> {
+    let mut found = FxHashMap::default();
+    if sites.round_of.is_empty() || options.limits.halted().is_some() {
+        return found;
+    }
+    let mut body = noted.clone();
+    count_rounds(&mut body, sites);
+    let keep = [Pass::Ssa, Pass::Fold, Pass::Derive, Pass::Unroll, Pass::Cse, Pass::Rate];
+    let without = Pass::ALL.into_iter().filter(|pass| !keep.contains(pass)).collect();
+    passes::run(&mut body, &passes::Options { without, outputs: None, ..options.clone() });
+    let marks = take_notes(&mut body);
+    let constants: FxHashMap<ValueId, Const> =
+        body.constants().map(|(value, known)| (value, known.clone())).collect();
+    passes::apply(&mut body, Pass::Dce, options);
+    let live = defined(&body);
+    for (site, args) in marks {
+        let Some((value, counts)) = args.split_first() else { continue };
+        let count = |value: &ValueId| match constants.get(value) {
+            Some(Const::Int(n)) => Some(*n),
+            _ => None,
+        };
+        let Some(counts) = counts.iter().map(count).collect::<Option<Vec<i32>>>() else { continue };
+        let state = match (constants.contains_key(value), live.contains(value)) {
+            (true, _) => InRound::Constant,
+            (false, true) => InRound::Kept,
+            (false, false) => InRound::Unneeded,
+        };
+        let known = found.entry((site, counts)).or_insert(state);
+        if *known != state {
+            *known = InRound::Kept;
+        }
+    }
+    found
+}
+
+/// Counts the rounds of each loop, and marks the assignments and conditions in loops.
+fn count_rounds(body: &mut Body, sites: &Sites) {
+    let mut slots: FxHashMap<u32, SlotId> = FxHashMap::default();
+    for round in sites.round_of.values() {
+        slots.insert(*round, SlotId(body.slots.len() as u32));
+        let rate = osl_ir::ir::Rate::Varying;
+        body.slots.push(Slot { kind: Kind::Int, len: None, name: "round".into(), rate });
+    }
+    for block in 0..body.blocks.len() {
+        let insts = std::mem::take(&mut body.blocks[block].insts);
+        let mut kept = Vec::with_capacity(insts.len());
+        for inst in insts {
+            let (span, note) = (inst.span, note_of(&inst));
+            kept.push(inst);
+            let Some((site, note, args)) = note else { continue };
+            let mut w = Code { body, out: &mut kept, span };
+            match note {
+                Note::Loop => {
+                    if let Some(slot) = sites.round_of.get(&site).and_then(|round| slots.get(round)) {
+                        let zero = w.value(Op::Const(Const::Int(0)), Kind::Int);
+                        w.effect(Op::Store(*slot, zero));
+                    }
+                }
+                Note::Round => {
+                    if let Some(slot) = slots.get(&site) {
+                        let now = w.value(Op::Load(*slot), Kind::Int);
+                        let one = w.value(Op::Const(Const::Int(1)), Kind::Int);
+                        let next =
+                            w.value(Op::Lane(LaneOp::IAdd, [now, one].into_iter().collect()), Kind::Int);
+                        w.effect(Op::Store(*slot, next));
+                    }
+                }
+                Note::Set(_) | Note::Branch(_) => {
+                    let rounds = sites.by_number.get(&site).map_or(&[][..], |site| &site.rounds);
+                    let Some(value) = args.last().filter(|_| !rounds.is_empty()) else { continue };
+                    let mut marked = vec![*value];
+                    for slot in rounds.iter().filter_map(|round| slots.get(round)) {
+                        marked.push(w.value(Op::Load(*slot), Kind::Int));
+                    }
+                    let note = Note::Result { names: ",".repeat(marked.len()).into() };
+                    let mark = Kernel::Note { site: site | MARK, note };
+                    w.effect(Op::Kernel(mark, marked.into_iter().collect()));
+                }
+                _ => {}
+            }
+        }
+        body.blocks[block].insts = kept;
+    }
+}
+
+fn note_of(inst: &Inst) -> Option<(u32, Note, Vec<ValueId>)> {
+    match &inst.op {
+        Op::Kernel(Kernel::Note { site, note }, args) => Some((*site, note.clone(), args.to_vec())),
+        _ => None,
+    }
+}
+
+/// Writes instructions.
+struct Code<'a> {
+    body: &'a mut Body,
+    out: &'a mut Vec<Inst>,
+    span: Span,
+}
+
+impl Code<'_> {
+    fn value(&mut self, op: Op, kind: Kind) -> ValueId {
+        let result = self.body.fresh(kind, self.span);
+        self.out.push(Inst { op, results: [result].into_iter().collect(), span: self.span });
+        result
+    }
+
+    fn effect(&mut self, op: Op) {
+        self.out.push(Inst { op, results: [].into_iter().collect(), span: self.span });
+    }
+}
+
+/// Removes all notes; returns the marks.
+fn take_notes(body: &mut Body) -> Vec<(u32, Vec<ValueId>)> {
+    let mut marks = Vec::new();
+    let mut open = vec![body.entry];
+    let mut order: Vec<BlockId> = Vec::new();
+    while let Some(block) = open.pop() {
+        order.push(block);
+        for inst in &body.block(block).insts {
+            match &inst.op {
+                Op::If { then, otherwise, .. } => open.extend([*then, *otherwise]),
+                Op::Loop { body, .. } => open.push(*body),
+                _ => {}
+            }
+        }
+    }
+    for block in order {
+        let Some(block) = body.blocks.get_mut(block.index()) else { continue };
+        block.insts.retain(|inst| match note_of(inst) {
+            Some((site, _, args)) => {
+                if site & MARK != 0 {
+                    marks.push((site & !MARK, args));
+                }
+                false
+            }
+            None => true,
+        });
+    }
+    marks
+}
+
+/// The values that a body defines.
+fn defined(body: &Body) -> FxHashSet<ValueId> {
+    let mut found = FxHashSet::default();
+    let mut open = vec![body.entry];
+    while let Some(block) = open.pop() {
+        for inst in &body.block(block).insts {
+            found.extend(inst.results.iter().copied());
+            match &inst.op {
+                Op::If { then, otherwise, .. } => open.extend([*then, *otherwise]),
+                Op::Loop { body, params, .. } => {
+                    found.extend(params.iter().copied());
+                    open.push(*body);
+                }
+                _ => {}
+            }
+        }
+    }
+    found
+}
