@@ -14,8 +14,10 @@ pub(super) type Key = (usize, u32, String);
 pub(super) struct Seen {
     pub(super) sets: BTreeMap<Key, Vec<String>>,
     pub(super) branches: BTreeMap<Key, Vec<bool>>,
-    /// For each value of `sets`, the rounds of the loops around it; empty if they are not known.
+    /// For each value of `sets`, the rounds of the loops around it, if they are known.
     pub(super) in_rounds: BTreeMap<Key, Vec<Option<Vec<i32>>>>,
+    /// The same for each outcome of `branches`.
+    pub(super) branch_rounds: BTreeMap<Key, Vec<Option<Vec<i32>>>>,
     /// The functions that were called, in order.
     pub(super) entered: Vec<String>,
     rounds: BTreeMap<(usize, u32), Vec<usize>>,
@@ -33,6 +35,11 @@ impl Seen {
         let mut current: BTreeMap<usize, i32> = BTreeMap::new();
         for line in lines {
             let call = stack.last().copied().unwrap_or(0);
+            let rounds = |at: u32, current: &BTreeMap<usize, i32>| {
+                let inside = written.inside.get(&at).cloned().flatten();
+                let round = |id: &usize| current.get(id).copied().unwrap_or(0);
+                inside.map(|loops| loops.iter().map(round).collect())
+            };
             let mut words = line.splitn(2, ' ');
             let (word, rest) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
             match word {
@@ -50,10 +57,7 @@ impl Seen {
                     if name == "return" {
                         seen.returned.insert(call, value.clone());
                     }
-                    let inside = written.inside.get(&at).cloned().flatten();
-                    let round = |id: &usize| current.get(id).copied().unwrap_or(0);
-                    let rounds = inside.map(|loops| loops.iter().map(round).collect());
-                    seen.in_rounds.entry((call, at, name.clone())).or_default().push(rounds);
+                    seen.in_rounds.entry((call, at, name.clone())).or_default().push(rounds(at, &current));
                     seen.sets.entry((call, at, name)).or_default().push(value);
                 }
                 "@G" | "@R" => {
@@ -70,6 +74,7 @@ impl Seen {
                         continue;
                     };
                     let key = (call, *at, bare(text));
+                    seen.branch_rounds.entry(key.clone()).or_default().push(rounds(*at, &current));
                     seen.branches.entry(key).or_default().push(truth != "0");
                 }
                 "@P" | "@O" => {

@@ -2,7 +2,8 @@
 //! points.
 //!
 //! A value that is "not needed" may be any value: changing it leaves all outputs. What is "known when the
-//! shader is compiled", or "always" so, is so at every point, in the same call and in the same rounds of loops.
+//! shader is compiled", or "always" so, is so at every point, in the same call and in the same rounds of
+//! loops.
 //! Calls are numbered by point, so they are compared only with points that make the same calls; changes are
 //! made in the shader itself.
 
@@ -143,7 +144,9 @@ fn known(
         match &fact.what {
             What::Set { name, values, compiled, each, .. } => {
                 let key: Key = (call, line.number, name.clone());
-                if case.written.open.contains(&(line.number, base(name))) {
+                // Of several statements on a line, each may have a known value of its own.
+                let is_one = line.text.matches(';').count() <= 1;
+                if !is_one || case.written.open.contains(&(line.number, base(name))) {
                     continue;
                 }
                 let rounds = own.in_rounds.get(&key).filter(|rounds| rounds.len() == values.len());
@@ -177,11 +180,24 @@ fn known(
             }
             What::Branch { condition, taken, known: true, .. } => {
                 let key = (call, line.number, bare(condition));
-                for truth in others().filter_map(|seen| seen.branches.get(&key)).flatten() {
-                    if !taken.contains(truth) {
-                        return Err(format!("{key:?} is told as known, and is also {truth}"));
+                let Some(rounds) = own.branch_rounds.get(&key).filter(|own| own.len() == taken.len()) else {
+                    continue;
+                };
+                for other in others() {
+                    let there = (other.branches.get(&key), other.branch_rounds.get(&key));
+                    let (Some(truths), Some(there)) = there else { continue };
+                    for (truth, there) in truths.iter().zip(there) {
+                        // An outcome belongs to the rounds in which it was found.
+                        let mut same =
+                            rounds.iter().zip(taken).filter(|(own, _)| own.is_some() && *own == there);
+                        let Some((_, first)) = same.next() else { continue };
+                        if first != truth && same.all(|(_, own)| own != truth) {
+                            return Err(format!(
+                                "{key:?} in {there:?} is told as known, and is also {truth}"
+                            ));
+                        }
+                        checked += 1;
                     }
-                    checked += 1;
                 }
             }
             _ => {}

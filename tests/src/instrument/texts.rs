@@ -7,8 +7,8 @@ use serde_json::Value;
 /// Six digits, rounded.
 const ROUNDING: f64 = 5.1e-6;
 
-/// Compares the variables of all lines that run in one call, the globals, the outputs and the reports; returns
-/// how many values were compared.
+/// Compares the variables of all lines that run in one call, the globals, the outputs and the reports;
+/// returns how many values were compared.
 pub(super) fn hold(explanation: &Explanation) -> Result<usize, String> {
     let json = serde_json::to_value(explanation).map_err(|error| error.to_string())?;
     let text = text::text(explanation, "a point", Style { exact: false, all: true });

@@ -37,8 +37,8 @@ pub struct Derivatives {
     pub made: ValueOrigin,
 }
 
-/// Adds the changes to the values of an explanation. `plain` is the trace of its subject, and `with_derivs` that
-/// of the body whose notes have derivatives.
+/// Adds the changes to the values of an explanation. `plain` is the trace of its subject, and `with_derivs`
+/// that of the body whose notes have derivatives.
 pub fn derivatives(
     explanation: &mut Explanation,
     (plain, subject): (&Trace, &Subject),

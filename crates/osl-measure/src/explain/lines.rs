@@ -474,8 +474,8 @@ fn is_true(node: &Node) -> bool {
     matches!(node.strict, Some(Const::Int(n)) if n != 0)
 }
 
-/// The name of an element. In the name of an array, `[]` stands for the index of the outermost array, and each
-/// length for the index of an inner one; without `[]`, that index comes first.
+/// The name of an element. In the name of an array, `[]` stands for the index of the outermost array, and
+/// each length for the index of an inner one; without `[]`, that index comes first.
 pub(super) fn element(name: &str, index: &Node) -> String {
     let Some(Const::Int(mut n)) = index.strict else { return format!("{name}[?]") };
     let name = match name.split_once('[') {

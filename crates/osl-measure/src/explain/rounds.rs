@@ -1,12 +1,13 @@
 //! What the compiler makes of single rounds of loops.
 //!
-//! The passes unroll a loop with a few known rounds, and each copy of an assignment has a result of its own. To
-//! tell which round a copy belongs to, a copy of the body counts the rounds of each loop, and marks each
+//! The passes unroll a loop with a few known rounds, and each copy of an assignment has a result of its own.
+//! To tell which round a copy belongs to, a copy of the body counts the rounds of each loop, and marks each
 //! assignment with the counts: in unrolled code they are constants. This module must not know what happened
 //! at a point.
 
 use super::sites::Sites;
 use osl_ir::Span;
+use osl_ir::global::Global;
 use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Note, Op, Slot, SlotId, ValueId};
 use osl_ir::passes::{self, Pass};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -36,7 +37,7 @@ pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHa
     }
     let mut body = noted.clone();
     count_rounds(&mut body, sites);
-    let keep = [Pass::Ssa, Pass::Fold, Pass::Derive, Pass::Unroll, Pass::Cse, Pass::Rate];
+    let keep = [Pass::Ssa, Pass::Fold, Pass::Derive, Pass::Unroll, Pass::Rate];
     let without = Pass::ALL.into_iter().filter(|pass| !keep.contains(pass)).collect();
     passes::run(&mut body, &passes::Options { without, outputs: None, ..options.clone() });
     let marks = take_notes(&mut body);
@@ -45,16 +46,18 @@ pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHa
     passes::apply(&mut body, Pass::Dce, options);
     let live = defined(&body);
     for (site, args) in marks {
-        let Some((value, counts)) = args.split_first() else { continue };
+        let [value, hidden, counts @ ..] = &args[..] else { continue };
         let count = |value: &ValueId| match constants.get(value) {
             Some(Const::Int(n)) => Some(*n),
             _ => None,
         };
         let Some(counts) = counts.iter().map(count).collect::<Option<Vec<i32>>>() else { continue };
-        let state = match (constants.contains_key(value), live.contains(value)) {
-            (true, _) => InRound::Constant,
-            (false, true) => InRound::Kept,
-            (false, false) => InRound::Unneeded,
+        let state = if constants.contains_key(value) {
+            InRound::Constant
+        } else if hidden == value || live.contains(hidden) {
+            InRound::Kept
+        } else {
+            InRound::Unneeded
         };
         let known = found.entry((site, counts)).or_insert(state);
         if *known != state {
@@ -64,7 +67,8 @@ pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHa
     found
 }
 
-/// Counts the rounds of each loop, and marks the assignments and conditions in loops.
+/// Counts the rounds of each loop, and marks the assignments and conditions in loops: the value, the hidden one,
+/// and the counts.
 fn count_rounds(body: &mut Body, sites: &Sites) {
     let mut slots: FxHashMap<u32, SlotId> = FxHashMap::default();
     for round in sites.round_of.values() {
@@ -99,7 +103,8 @@ fn count_rounds(body: &mut Body, sites: &Sites) {
                 Note::Set(_) | Note::Branch(_) => {
                     let rounds = sites.by_number.get(&site).map_or(&[][..], |site| &site.rounds);
                     let Some(value) = args.last().filter(|_| !rounds.is_empty()) else { continue };
-                    let mut marked = vec![*value];
+                    let hidden = w.hide(*value);
+                    let mut marked = vec![*value, hidden];
                     for slot in rounds.iter().filter_map(|round| slots.get(round)) {
                         marked.push(w.value(Op::Load(*slot), Kind::Int));
                     }
@@ -133,6 +138,28 @@ impl Code<'_> {
         let result = self.body.fresh(kind, self.span);
         self.out.push(Inst { op, results: [result].into_iter().collect(), span: self.span });
         result
+    }
+
+    /// Adds an unknown number to a float or triple that has just been stored. Folding then cannot reach through
+    /// the variable, so that an output that depends on it needs this sum. Returns the value for others.
+    fn hide(&mut self, value: ValueId) -> ValueId {
+        let (kind, at) = (self.body.kind(value), self.out.len().checked_sub(2));
+        let is_stored = |inst: &Inst| match &inst.op {
+            Op::Store(_, stored) | Op::StoreElement(_, _, stored) => *stored == value,
+            _ => false,
+        };
+        let stored = at.and_then(|at| self.out.get(at)).is_some_and(is_stored);
+        let (true, Some(at), Kind::Float | Kind::Triple) = (stored, at, kind) else { return value };
+        let rest = self.out.split_off(at);
+        let unknown = self.value(Op::Global(Global::Time), Kind::Float);
+        let hidden = self.value(Op::Lane(LaneOp::FAdd, [value, unknown].into_iter().collect()), kind);
+        self.out.extend(rest);
+        if let Some(Inst { op: Op::Store(_, stored) | Op::StoreElement(_, _, stored), .. }) =
+            self.out.get_mut(at + 2)
+        {
+            *stored = hidden;
+        }
+        hidden
     }
 
     fn effect(&mut self, op: Op) {

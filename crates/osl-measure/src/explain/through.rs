@@ -1,7 +1,7 @@
 //! From which variables a value gets its derivative, and why the language gives it none.
 //!
-//! The walk follows the arguments of operations as long as a change of the argument changes the result at this
-//! point, and the language carries the derivative on. This module must not know lines.
+//! The walk follows the arguments of operations as long as a change of the argument changes the result at
+//! this point, and the language carries the derivative on. This module must not know lines.
 
 use super::source::snippet;
 use crate::trace::{Exact, NodeId, OnePoint, Trace, What as Kind, eval, noise};
@@ -43,6 +43,8 @@ pub(super) struct SetAt {
     /// Why the derivative of the language is not the one of mathematics.
     pub(super) why: Vec<String>,
 }
+
+const FMOD: &str = "`fmod` has the derivative of its first argument only";
 
 /// What a walk needs to know.
 #[derive(Clone, Copy)]
@@ -143,6 +145,13 @@ impl Found {
                 LaneOp::FAdd | LaneOp::FSub => parts,
                 _ => effect(&args, at, parts, |args| eval(op, args)),
             };
+            // By zero, `fmod` is 0, but keeps the derivative.
+            let of_arg = if is_first && at == 0 && of_arg == 0 && reaches(*arg, known) {
+                self.because(FMOD.to_string());
+                parts
+            } else {
+                of_arg
+            };
             if of_arg == 0 {
                 continue;
             }
@@ -152,7 +161,7 @@ impl Found {
                 }
                 Some(Exact::Float(_) | Exact::Triple(_)) if at > 0 && is_first => {
                     if reaches(*arg, known) {
-                        self.because("`fmod` has the derivative of its first argument only".to_string());
+                        self.because(FMOD.to_string());
                     }
                 }
                 Some(Exact::Float(_) | Exact::Triple(_)) => {
@@ -184,6 +193,18 @@ impl Found {
                 let first = usize::from(matches!(kernel, Kernel::NamedNoise { .. }));
                 let count = if *dims < 3 { usize::from(*dims) } else { usize::from(*dims) - 2 };
                 let args: Vec<Exact> = node.args.iter().map(|arg| exact(*arg, known)).collect();
+                let is_gabor = matches!(args.first(), Some(Exact::Str(name)) if **name == *"gabor");
+                if is_gabor && node.args.iter().any(|arg| reaches(*arg, known)) {
+                    self.because("the filter of `gabor` noise has no derivative".to_string());
+                }
+                let is_periodic = matches!(
+                    kernel,
+                    Kernel::Noise { periodic: true, .. } | Kernel::NamedNoise { periodic: true, .. }
+                );
+                let periods = node.args.get(first + count..first + 2 * count).filter(|_| is_periodic);
+                if periods.unwrap_or_default().iter().any(|arg| reaches(*arg, known)) {
+                    self.because("a period has no derivative".to_string());
+                }
                 for at in first..first + count {
                     let of_arg = effect(&args, at, ALL, |args| noise(kernel, args, 0));
                     if let Some(arg) = node.args.get(at).filter(|_| of_arg != 0) {
@@ -191,11 +212,21 @@ impl Found {
                     }
                 }
             }
-            Kernel::Texture { .. } => self.open.extend(numbers(node.args.get(1..3).unwrap_or_default())),
+            Kernel::Texture { footprint, .. } => {
+                let changes = node.args.len().checked_sub(4).and_then(|start| node.args.get(start..));
+                if *footprint && changes.unwrap_or_default().iter().any(|arg| is_given(*arg, known)) {
+                    self.because("`texture` takes the changes of s and t from its arguments".to_string());
+                }
+                self.open.extend(numbers(node.args.get(1..3).unwrap_or_default()));
+            }
             Kernel::SplineInverse { .. } => self.open.extend(numbers(node.args.get(..1).unwrap_or_default())),
             Kernel::ColorBetween => self.open.extend(numbers(&node.args)),
-            Kernel::Environment { .. } if node.args.iter().any(|arg| reaches(*arg, known)) => {
-                self.because("`environment` has no derivative".to_string());
+            Kernel::Environment { .. } | Kernel::Volume { .. } => {
+                if node.args.iter().any(|arg| reaches(*arg, known)) {
+                    let is_volume = matches!(kernel, Kernel::Volume { .. });
+                    let name = if is_volume { "texture3d" } else { "environment" };
+                    self.because(format!("`{name}` has no derivative"));
+                }
             }
             _ => {}
         }
@@ -217,6 +248,13 @@ fn is_derivative(value: NodeId, known: Known<'_>) -> bool {
         }
     }
     false
+}
+
+/// Whether a change of a texture coordinate comes from the source.
+fn is_given(change: NodeId, known: Known<'_>) -> bool {
+    let node = known.trace.node(change);
+    let is_zero = node.strict.as_ref().is_some_and(|x| Exact::widen(x).numbers().iter().all(|x| *x == 0.0));
+    !is_derivative(change, known) && !(matches!(node.what, Kind::Const) && is_zero)
 }
 
 /// Why an operation without a derivative has none; `call` is its source text.

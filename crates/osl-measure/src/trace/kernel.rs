@@ -241,10 +241,7 @@ impl<'a> Kernels<'a> {
         let results = b.kernel_of(kernel, &args, kinds);
         for (index, (value, kind)) in results.iter().zip(kinds).enumerate() {
             if *kind == Kind::Str {
-                // A frame has no planes for strings, but strings can be printed.
-                let format = b.constant(Const::Str("%s".into()));
-                let shapes = vec![Shape { kind: Kind::Str, count: 1, key: None }];
-                b.kernel_of(Kernel::Print { sink: Sink::Print, shapes }, &[format, *value], &[]);
+                print(&mut b, *value);
             }
             let source = Source::Value(*value);
             b.body.outputs.push(Output {
@@ -253,7 +250,13 @@ impl<'a> Kernels<'a> {
                 source,
             });
         }
-        if let Some(slot) = written {
+        if let Some(slot) = written.filter(|slot| b.body.slot(*slot).kind == Kind::Str) {
+            for index in 0..b.body.slot(slot).len.unwrap_or(0) {
+                let index = b.int(index as i32);
+                let element = b.load_element(slot, index);
+                print(&mut b, element);
+            }
+        } else if let Some(slot) = written {
             let ty = type_of(b.body.slot(slot).kind, b.body.slot(slot).len);
             b.body.outputs.push(Output { name: "array".into(), ty, source: Source::Slot(slot) });
         }
@@ -279,9 +282,8 @@ impl<'a> Kernels<'a> {
             }
         };
         let values = kinds.iter().map(|k| next(*k)).collect();
-        let elements = slot.filter(|s| s.kind != Kind::Str);
         let elements =
-            elements.map_or_else(Vec::new, |s| (0..s.len.unwrap_or(0)).map(|_| next(s.kind)).collect());
+            slot.map_or_else(Vec::new, |s| (0..s.len.unwrap_or(0)).map(|_| next(s.kind)).collect());
         (values, elements)
     }
 
@@ -312,6 +314,13 @@ impl<'a> Kernels<'a> {
             run(u64::MAX)
         })
     }
+}
+
+/// Prints a string: a frame has no planes for strings.
+fn print(b: &mut Builder, value: ValueId) {
+    let format = b.constant(Const::Str("%s".into()));
+    let shapes = vec![Shape { kind: Kind::Str, count: 1, key: None }];
+    b.kernel_of(Kernel::Print { sink: Sink::Print, shapes }, &[format, value], &[]);
 }
 
 fn copy_slot(b: &mut Builder, body: &Body, slot: SlotId) -> SlotId {

@@ -1,6 +1,6 @@
 //! The first twelve questions of `docs/questions.md`, for shaders that are not in it. Each answer is checked
-//! against something else: an inserted `printf`, a changed shader, a finite difference, or a number worked out by
-//! hand.
+//! against something else: an inserted `printf`, a changed shader, a finite difference, or a number worked out
+//! by hand.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ const SUBJECTS: [Subject; 3] = [
     },
     Subject {
         name: "paint",
-        slip: ["0.8), coat);", "0.8), coatt);", "coat"],
+        slip: ["layers < 1", "layer < 1", "layers"],
         call: [
             "noise(\"perlin\", 6 * P)",
             "(float)noise(\"perlin\", 6 * P)",
