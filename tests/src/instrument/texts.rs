@@ -17,7 +17,10 @@ pub(super) fn hold(explanation: &Explanation) -> Result<usize, String> {
     let mut rest = text.as_str();
     for line in list(&json["lines"]) {
         let number = line["number"].as_u64().unwrap_or_default();
-        let Some((_, block)) = rest.split_once(&format!("{number} | ")) else {
+        let head = format!("{number} | ");
+        let starts = rest.match_indices(&head).map(|(at, _)| at);
+        let is_head = |at: &usize| rest[..*at].trim_end_matches(' ').ends_with('\n');
+        let Some(block) = starts.filter(is_head).map(|at| &rest[at..]).next() else {
             return Err(format!("line {number} is not in the text\n{text}"));
         };
         rest = block;

@@ -67,8 +67,8 @@ pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHa
     found
 }
 
-/// Counts the rounds of each loop, and marks the assignments and conditions in loops: the value, the hidden one,
-/// and the counts.
+/// Counts the rounds of each loop, and marks the assignments and conditions in loops: the value, the hidden
+/// one, and the counts.
 fn count_rounds(body: &mut Body, sites: &Sites) {
     let mut slots: FxHashMap<u32, SlotId> = FxHashMap::default();
     for round in sites.round_of.values() {
@@ -140,8 +140,8 @@ impl Code<'_> {
         result
     }
 
-    /// Adds an unknown number to a float or triple that has just been stored. Folding then cannot reach through
-    /// the variable, so that an output that depends on it needs this sum. Returns the value for others.
+    /// Adds an unknown number to a float or triple that has just been stored. Folding then cannot reach
+    /// through the variable, so an output that depends on it needs this sum. Returns the value for others.
     fn hide(&mut self, value: ValueId) -> ValueId {
         let (kind, at) = (self.body.kind(value), self.out.len().checked_sub(2));
         let is_stored = |inst: &Inst| match &inst.op {

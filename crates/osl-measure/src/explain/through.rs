@@ -46,6 +46,8 @@ pub(super) struct SetAt {
 
 const FMOD: &str = "`fmod` has the derivative of its first argument only";
 
+const COLORS: &str = "a color of a space that is unknown, or known only at run time, has no derivative";
+
 /// What a walk needs to know.
 #[derive(Clone, Copy)]
 pub(super) struct Known<'a> {
@@ -220,7 +222,11 @@ impl Found {
                 self.open.extend(numbers(node.args.get(1..3).unwrap_or_default()));
             }
             Kernel::SplineInverse { .. } => self.open.extend(numbers(node.args.get(..1).unwrap_or_default())),
-            Kernel::ColorBetween => self.open.extend(numbers(&node.args)),
+            Kernel::ColorBetween => {
+                if node.args.iter().any(|arg| reaches(*arg, known)) {
+                    self.because(COLORS.to_string());
+                }
+            }
             Kernel::Environment { .. } | Kernel::Volume { .. } => {
                 if node.args.iter().any(|arg| reaches(*arg, known)) {
                     let is_volume = matches!(kernel, Kernel::Volume { .. });

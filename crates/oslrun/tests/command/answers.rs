@@ -1,6 +1,6 @@
 //! The first twelve questions of `docs/questions.md`, for shaders that are not in it. Each answer is checked
-//! against something else: an inserted `printf`, a changed shader, a finite difference, or a number worked out
-//! by hand.
+//! against something else: an inserted `printf`, a changed shader, a finite difference, or a number worked
+//! out by hand.
 
 use serde_json::Value;
 use std::collections::BTreeMap;

@@ -185,8 +185,8 @@ shader s(output float r = 0, output color c = 0)
     assert!(!out.contains("in space") && !out.contains("layers.albedo"), "{out}");
 }
 
-/// Rounds of a loop differ in what the compiler makes of them, and a needed parameter may share a line with an
-/// output that is not.
+/// Rounds of a loop differ in what the compiler makes of them, and a needed parameter may share a line with
+/// an output that is not.
 #[test]
 fn each_round_has_its_status_and_each_value_its_reason() {
     let folder = tempfile::tempdir().unwrap();
