@@ -35,6 +35,17 @@ pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHa
     if sites.round_of.is_empty() || options.limits.halted().is_some() {
         return found;
     }
+    // The derivative of a value may be needed without the value.
+    let derives = noted.blocks.iter().flat_map(|block| &block.insts).any(|inst| {
+        use Kernel::{Environment, NamedNoise, Texture};
+        let is_filtered =
+            |kernel: &Kernel| matches!(kernel, Texture { .. } | Environment { .. } | NamedNoise { .. });
+        match &inst.op {
+            Op::Derivative(..) => true,
+            Op::Kernel(kernel, _) => is_filtered(kernel),
+            _ => false,
+        }
+    });
     let mut body = noted.clone();
     count_rounds(&mut body, sites);
     let keep = [Pass::Ssa, Pass::Fold, Pass::Derive, Pass::Unroll, Pass::Rate];
@@ -54,7 +65,7 @@ pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHa
         let Some(counts) = counts.iter().map(count).collect::<Option<Vec<i32>>>() else { continue };
         let state = if constants.contains_key(value) {
             InRound::Constant
-        } else if hidden == value || live.contains(hidden) {
+        } else if hidden == value || derives || live.contains(hidden) {
             InRound::Kept
         } else {
             InRound::Unneeded
