@@ -70,7 +70,7 @@ const SUBJECTS: [Subject; 3] = [
     },
     Subject {
         name: "paint",
-        slip: ["layers < 1", "layer < 1", "layers"],
+        slip: ["shine > amount", "shine > amoun", "amount"],
         call: [
             "noise(\"perlin\", 6 * P)",
             "(float)noise(\"perlin\", 6 * P)",
