@@ -1,8 +1,9 @@
 //! A small path tracer that shades with OSL: batches of hits by material, closures in columns.
 //!
-//! `cargo run --release -p osl-examples --bin pathtracer -- picture.png` renders four balls on a floor. Each round
-//! follows all paths by one ray: it finds what the rays hit, lets each material's program shade all of its hits at
-//! once, adds the light that the closures emit, and continues each path by one component of its closure.
+//! `cargo run --release -p osl-examples --bin pathtracer -- picture.png` renders four balls on a floor. Each
+//! round follows all paths by one ray: it finds what the rays hit, lets each material's program shade all of
+//! its hits at once, adds the light that the closures emit, and continues each path by one component of its
+//! closure.
 
 #![allow(clippy::disallowed_methods, reason = "an example needs no more than the standard library")]
 

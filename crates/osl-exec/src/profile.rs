@@ -64,8 +64,8 @@ impl Profile {
         Profile { counts: vec![Count::default(); program.marks.len()], inner: Duration::ZERO, clock, reading }
     }
 
-    /// A step begins: yields the time, and the time of the steps inside the one around it so far, which its end
-    /// takes back.
+    /// A step begins: yields the time, and the time of the steps inside the one around it so far, which its
+    /// end takes back.
     pub(crate) fn begin(&mut self) -> [Duration; 2] {
         let outer = std::mem::take(&mut self.inner);
         [(self.clock)(), outer]

@@ -134,7 +134,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Evaluates an expression that is a variable, and returns this variable; does nothing with any other expression.
+    /// Evaluates an expression that is a variable, and returns this variable; does nothing with any other
+    /// expression.
     fn referenced(&mut self, e: &Expr) -> Option<Spot> {
         let place = match &e.kind {
             ExprKind::Read(place) if place.is_plain() => Some(place),

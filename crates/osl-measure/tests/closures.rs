@@ -28,8 +28,8 @@ const SHADERS: [&str; 6] = [
     "surface s() { Ci = 0.5 * layer(u * reflection(N), (1 - u) * diffuse(N)) + v * diffuse(N); }",
 ];
 
-/// The values of the planes of a shader, by name and component: the weights that a run sums, or the numbers that the
-/// pass adds.
+/// The values of the planes of a shader, by name and component: the weights that a run sums, or the numbers
+/// that the pass adds.
 fn planes(text: &str, by_pass: bool, asked: Option<&str>) -> BTreeMap<(String, usize), Vec<f32>> {
     let grid = Grid::new(16, 16);
     let checked = stages::check("s.osl", text, &NoFiles, &Options::default());

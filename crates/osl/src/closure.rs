@@ -1,8 +1,8 @@
 //! Closures for embedders: what a shader says about light, for the embedder's renderer to interpret.
 //!
-//! A closure is data, whatever its name: the renderer decides which closures exist. The components of all points
-//! lie in columns, and nothing is copied: a renderer finds its own function for each kind once, and then
-//! walks over the points.
+//! A closure is data, whatever its name: the renderer decides which closures exist. The components of all
+//! points lie in columns, and nothing is copied: a renderer finds its own function for each kind once, and
+//! then walks over the points.
 
 use crate::Value;
 use crate::param::{Base, Length, Type};

@@ -9,9 +9,9 @@ use std::borrow::Cow;
 /// The normal of points without one.
 const NORMAL: [f32; 3] = [0.0, 0.0, 1.0];
 
-/// Points to shade, in common space: for each global a column with one element for each point, lent or given. Globals
-/// that are not set are uniform: `P` and `I` are 0, `N` and `Ng` are (0, 0, 1), `dPdu` and `dPdv` are the x and y
-/// axes, everything else is 0.
+/// Points to shade, in common space: for each global a column with one element for each point, lent or given.
+/// Globals that are not set are uniform: `P` and `I` are 0, `N` and `Ng` are (0, 0, 1), `dPdu` and `dPdv` are
+/// the x and y axes, everything else is 0.
 ///
 /// ```
 /// let p = vec![[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]];
@@ -197,7 +197,8 @@ impl<'a> Points<'a> {
         points
     }
 
-    /// The values of a global that is set. The shading normals are also the geometric ones unless these are set.
+    /// The values of a global that is set. The shading normals are also the geometric ones unless these are
+    /// set.
     fn column(&self, global: Global) -> Option<&Values<'a>> {
         let of = |global: Global| self.columns.iter().find(|column| column.global == global);
         let found = of(global).or_else(|| if global == Global::Ng { of(Global::N) } else { None });

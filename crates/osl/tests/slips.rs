@@ -221,10 +221,14 @@ fn two_slips_are_both_reported() {
             };
             (!list.is_empty() && list.iter().all(|d| place(at(d)) == Some(own))).then_some(own)
         };
-        // Types of a struct that is broken are unknown, so that errors about them are left out.
-        let is_made_of = |struct_at: usize, user: usize| {
+        // Types of a struct that is broken are unknown, and so are the parameters of a function, so that
+        // errors about them are left out.
+        let is_made_of = |made_at: usize, user: usize| {
             let of = |at: usize| &text[declarations[at].0..declarations[at].1];
-            let name = of(struct_at).strip_prefix("struct ").and_then(|rest| rest.split_whitespace().next());
+            let name = match of(made_at).strip_prefix("struct ") {
+                Some(rest) => rest.split_whitespace().next(),
+                None => of(made_at).split('(').next().and_then(|head| head.split_whitespace().nth(1)),
+            };
             name.is_some_and(|name| of(user).contains(name))
         };
         let slips: Vec<(usize, Slip)> =

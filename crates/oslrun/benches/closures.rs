@@ -1,5 +1,5 @@
-//! What a closure costs a renderer: the time of a point of a material with two lobes, from the run to the weights and
-//! normals in the renderer's hands, and the time of the same point without closures.
+//! What a closure costs a renderer: the time of a point of a material with two lobes, from the run to the
+//! weights and normals in the renderer's hands, and the time of the same point without closures.
 //!
 //! cargo bench -p oslrun --bench closures
 

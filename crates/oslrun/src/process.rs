@@ -1,5 +1,6 @@
-//! What the process needs of the system: a stack, and room for addresses. Without this, a small limit would end
-//! the command in the middle of its work, without a message. This module must not know what the command does.
+//! What the process needs of the system: a stack, and room for addresses. Without this, a small limit would
+//! end the command in the middle of its work, without a message. This module must not know what the command
+//! does.
 
 use std::io::Write;
 
@@ -9,7 +10,8 @@ const STACK: usize = 8 << 20;
 /// The smallest `ulimit -v` in bytes: twice what a small shader needs on two threads.
 const MIN_ADDRESSES: u64 = 128 << 20;
 
-/// Runs the command on a stack of its own, and returns its exit code: 1 with a message if the process lacks memory.
+/// Runs the command on a stack of its own, and returns its exit code: 1 with a message if the process lacks
+/// memory.
 pub(crate) fn on_a_stack(work: impl FnOnce() -> u8 + Send) -> u8 {
     if let Some(limit) = address_limit().filter(|limit| *limit < MIN_ADDRESSES) {
         let need = MIN_ADDRESSES >> 20;

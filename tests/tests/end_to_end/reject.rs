@@ -70,6 +70,7 @@ fn shown(list: &[(u32, Diagnostic)]) -> String {
 
 /// Cases whose error has another line than in the reference, with our line and why it is better.
 const ELSEWHERE: &[(&str, u32, &str)] = &[
+    ("missing_brace", 2, "the block that is never closed, not the end of the file"),
     ("output_arg_const_param", 3, "the call passes what cannot be written, not the function that writes"),
     ("output_arg_literal", 3, "the call passes what cannot be written, not the function that writes"),
     ("two_shaders", 4, "where the second shader begins, not where it ends"),

@@ -5,7 +5,6 @@ use super::unknown::{BEFORE_ASSIGNMENT, BEFORE_NAME};
 use super::{Context, Resolver};
 use crate::hir::{Init, Stmt, StmtKind, VarKind};
 use osl_ir::types::{Base, Type};
-use osl_syntax::Reports;
 use osl_syntax::ast::{self, StmtId};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
@@ -45,10 +44,6 @@ impl Resolver<'_> {
                 }
                 if self.misspelt_jump(*e) {
                     return;
-                }
-                // A value that is dropped is the same in each form of the call.
-                if self.reports != Reports::AsReference {
-                    self.needs_no_choice(*e);
                 }
                 StmtKind::Expr(self.expr(*e, expected))
             }

@@ -3,7 +3,8 @@
 //!
 //! For each closure output `Ci` and each name of a component there is an output `Ci.diffuse`, the sum of the
 //! weights of these components; for each parameter that is computed there is an output
-//! `Ci.diffuse.argument1`, its value where the shader made such a component last. It must not know who examines them.
+//! `Ci.diffuse.argument1`, its value where the shader made such a component last. It must not know who
+//! examines them.
 
 use crate::ir::{
     Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Output, Slot, SlotId, Source, Values,
@@ -14,8 +15,9 @@ use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Replaces the closure outputs of a lowered program, before the passes, by outputs with their numbers. `asked` are
-/// the names of the requested outputs, if not all are: a requested closure becomes a request for its numbers.
+/// Replaces the closure outputs of a lowered program, before the passes, by outputs with their numbers.
+/// `asked` are the names of the requested outputs, if not all are: a requested closure becomes a request for
+/// its numbers.
 pub fn closures_as_numbers(body: &mut Body, asked: Option<&mut Vec<Arc<str>>>) {
     let is_closure = |output: &Output| output.ty.base == Base::Closure;
     let closures: Vec<Output> = body.outputs.iter().filter(|output| is_closure(output)).cloned().collect();

@@ -333,7 +333,7 @@ mod tests {
         assert_eq!(print("%g", &x(0.0)), "0");
         assert_eq!(print("%.3e", &x(0.5)), "5.000e-01");
         assert_eq!(print("%010.3f", &x(1.5)), "000001.500");
-        assert_eq!(print("%5.1f", &x(f32::NAN)), "  nan");
+        assert_eq!(print("%5.1f", &x(f32::NAN)), "nan  ");
         assert_eq!(print("%.9g", &x(0.1)), "0.100000001");
         assert_eq!(print("%+.1f;", &[Const::Triple([1.0, -2.0, 0.5])]), "+1.0 -2.0 +0.5;");
     }

@@ -5,7 +5,7 @@
 
 use super::source::snippet;
 use crate::trace::{Exact, NodeId, OnePoint, Trace, What as Kind, eval, noise};
-use osl_ir::ir::{Axis, Derivative, Kernel, LaneOp, NoiseField};
+use osl_ir::ir::{Axis, Derivative, Kernel, LaneOp, NoiseField, TextFn};
 use osl_numeric::Continuity;
 use osl_syntax::source::SourceMap;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -222,6 +222,11 @@ impl Found {
                 self.open.extend(numbers(node.args.get(1..3).unwrap_or_default()));
             }
             Kernel::SplineInverse { .. } => self.open.extend(numbers(node.args.get(..1).unwrap_or_default())),
+            Kernel::Text(TextFn::ToFloat) => {
+                if node.args.iter().any(|arg| reaches(*arg, known)) {
+                    self.because("a number that is read from a string has no derivative".to_string());
+                }
+            }
             Kernel::ColorBetween => {
                 if node.args.iter().any(|arg| reaches(*arg, known)) {
                     self.because(COLORS.to_string());

@@ -56,8 +56,8 @@ pub struct Report {
     /// How far each sweep is safe, in words.
     pub findings: Vec<Finding>,
     /// The lines to blame for the error at the given setting, in the order in which to look at them. Empty if
-    /// there is nothing to blame: the largest error is below 1e-4 of the range. If the error is larger and no line
-    /// loses digits, these are lines with numeric events.
+    /// there is nothing to blame: the largest error is below 1e-4 of the range. If the error is larger and no
+    /// line loses digits, these are lines with numeric events.
     pub culprits: Vec<Culprit>,
     /// Lines with numeric events, such as arguments outside of a domain, and derivatives of what jumps, at
     /// the given setting.

@@ -140,7 +140,8 @@ const PLACES: [&str; 3] = ["Most", "Second", "Third"];
 /// A line with a smaller share is not worth a sentence.
 const WORTH: f64 = 0.05;
 
-/// The lines that cost most, in words. Where the runs disagree about the order of lines, these lines share a place.
+/// The lines that cost most, in words. Where the runs disagree about the order of lines, these lines share a
+/// place.
 fn ranking(lines: &[Row], times: &[BTreeMap<String, Sum>], out: &mut dyn Write) {
     let worth: Vec<&Row> = lines.iter().filter(|row| row.source.is_some() && row.share >= WORTH).collect();
     let mut rest = &worth[..];
@@ -168,8 +169,8 @@ fn ranking(lines: &[Row], times: &[BTreeMap<String, Sum>], out: &mut dyn Write) 
     }
 }
 
-/// The number of rows at the head of a list that share a place: some run has another row of the list before one of
-/// them.
+/// The number of rows at the head of a list that share a place: some run has another row of the list before
+/// one of them.
 fn together(rows: &[&Row], times: &[BTreeMap<String, Sum>]) -> usize {
     let of =
         |time: &BTreeMap<String, Sum>, row: &Row| time.get(&row.name).map_or(Duration::ZERO, |sum| sum.own);

@@ -11,6 +11,7 @@ use osl_image::TextureCache;
 use osl_scene::{Crop, Grid, set_screen_spaces};
 use osl_syntax::source::SourceMap;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::error::Error;
 use std::io::IsTerminal;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -98,11 +99,15 @@ pub(super) fn on_threads<T: Send>(
     Ok(pool.install(work))
 }
 
-/// Starts a thread for each core, once for the process. Otherwise the first parallel loop starts them, and panics if
-/// it cannot.
+/// Starts a thread for each core, once for the process. Otherwise the first parallel loop starts them, and
+/// panics if it cannot.
 fn start_threads() -> Result<(), Failure> {
     static STARTED: OnceLock<Option<String>> = OnceLock::new();
-    let start = || ThreadPoolBuilder::new().build_global().err().map(|why| why.to_string());
+    // Without a source, the error is that they have been started.
+    let start = || {
+        let failed = ThreadPoolBuilder::new().build_global().err()?;
+        failed.source().map(ToString::to_string)
+    };
     match STARTED.get_or_init(start) {
         None => Ok(()),
         Some(why) => Err(Failure::new(format!(

@@ -124,7 +124,7 @@ fn arrays_within_arrays_are_looked_into() {
         "{out}{err}"
     );
     let (code, out, err) = oslrun(&["explain", &name, "-g", "2x2", "--at", "0,0"]);
-    assert!(code == 0 && out.contains("h.w[1][0] = 5") && out.contains("h.w[0][1] = 0\n"), "{out}{err}");
+    assert!(code == 0 && out.contains("h[1].w[0] = 5") && out.contains("h[0].w[1] = 0\n"), "{out}{err}");
     for command in ["bounds", "stability", "sanitize"] {
         let (code, out, err) = oslrun(&[command, &name, "-g", "2x2"]);
         assert_eq!(code, 0, "{command}: {out}{err}");

@@ -173,15 +173,9 @@ impl Writer<'_> {
         }
     }
 
-    /// Cells of a matrix: each has the value at the time of its evaluation.
+    /// Cells of a matrix.
     pub(super) fn cells(&mut self, cells: &[Expr]) -> Vec<Sym> {
-        let pure = cells.iter().all(is_pure);
-        let mut syms = Vec::new();
-        for cell in cells {
-            let value = self.value(cell);
-            syms.push(if pure { value } else { self.settled(value) });
-        }
-        syms
+        cells.iter().map(|cell| self.operand(cell)).collect()
     }
 
     fn unary(&mut self, op: UnaryOp, inner: &Expr, ty: Type, to: Option<Sym>) -> Sym {
@@ -268,8 +262,8 @@ impl Writer<'_> {
             crate::hir::Step::Field(_) => true,
         });
         if !pure {
+            // A variable is referenced, so that the indices may still change it.
             value = match value {
-                Val::One(sym) => Val::One(self.settled(sym)),
                 Val::Stored(from, Some(element)) => {
                     let kept = self.allocate_temp(e.ty);
                     self.copy(&kept, None, &from, Some(element));

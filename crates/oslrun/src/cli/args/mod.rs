@@ -211,8 +211,8 @@ pub(super) struct RunArgs {
     /// each sixteenth of the range.
     #[arg(long, help_heading = heading::MEASURING)]
     pub(super) histogram: bool,
-    /// Print the processor time spent in each instruction and line, the least of five runs; with a file, also write a flame graph: an image
-    /// (.svg), or its folded stacks.
+    /// Print the processor time spent in each instruction and line, the least of five runs; with a file, also
+    /// write a flame graph: an image (.svg), or its folded stacks.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, help_heading = heading::MEASURING)]
     pub(super) profile: Option<Option<PathBuf>>,
     /// Threads (default: all cores).
