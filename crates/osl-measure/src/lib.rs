@@ -7,6 +7,7 @@
 pub mod bounds;
 mod cost;
 pub mod explain;
+mod left_out;
 pub mod lod;
 pub mod markup;
 pub mod page;

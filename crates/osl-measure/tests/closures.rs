@@ -94,7 +94,24 @@ fn the_faults_of_closures_are_blamed() {
     let subject = Subject::new(&services, Base::new(plain, noted, None, &limits), &limits);
     let examined = stability::examine_given(&subject, &Grid::new(64, 64), 0.01, &checked.sources, "c");
     let first = examined.report.culprits.first().expect("a line to blame");
+    assert_eq!(examined.report.left_out, [""; 0]);
     assert_eq!((first.line, first.is_event), (2, false));
+}
+
+#[test]
+fn what_is_not_examined_is_said_first() {
+    let text = "surface t(string how = \"ggx\", output string name = \"x\") {
+        name = format(\"%g\", u); Ci = microfacet(how, N, 0.1 + u, 1.5, u > 0.5); }";
+    let checked = stages::check("t.osl", text, &NoFiles, &Options::default());
+    let program = checked.program.expect("it compiles");
+    let (plain, noted) = (stages::lower(&program, &[]).unwrap(), stages::lower_noted(&program, &[]).unwrap());
+    let (services, limits) = (Services::default(), Limits::default());
+    let subject = Subject::new(&services, Base::new(plain, noted, None, &limits), &limits);
+    let examined = stability::examine_given(&subject, &Grid::new(8, 8), 0.01, &checked.sources, "t");
+    let said = stability::text::text(&examined.report, false);
+    let first = said.lines().next().unwrap();
+    assert!(first.contains("; not examined: the string `name`, argument"), "{first}");
+    assert!(first.ends_with("of `microfacet`, which is an int"), "{first}");
 }
 
 #[test]

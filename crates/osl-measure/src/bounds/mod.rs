@@ -28,6 +28,7 @@ pub use domain::{Domain, Open, Range};
 pub use search::{Effort, prove};
 pub use sites::What;
 
+use crate::left_out;
 use crate::quote::Quote;
 use crate::sanitize::{Kind, Subject};
 use osl_ir::ir::Body;
@@ -38,12 +39,13 @@ use serde::{Serialize, Serializer};
 /// value narrows every use of it.
 pub fn subject(mut body: Body, options: &passes::Options) -> Subject {
     let mut options = options.clone();
+    let left_out = if options.outputs.is_none() { left_out::left_out(&body) } else { Vec::new() };
     passes::closures_as_numbers(&mut body, options.outputs.as_mut());
     let options = &options;
     for pass in [Pass::Ssa, Pass::Slice, Pass::Cse, Pass::Dce] {
         passes::apply(&mut body, pass, options);
     }
-    Subject::new(body, options)
+    Subject { left_out, ..Subject::new(body, options) }
 }
 
 /// What is known of a statement.
@@ -107,6 +109,8 @@ pub struct Claim {
 pub struct Report {
     /// The shader.
     pub shader: String,
+    /// What is not examined, in words: strings, for instance.
+    pub left_out: Vec<String>,
     /// The domain: u, v and the open parameters.
     pub domain: Vec<Range>,
     /// The number of tiles that were walked.

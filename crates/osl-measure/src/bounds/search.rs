@@ -305,6 +305,7 @@ fn report(
     };
     Report {
         shader: shader.to_string(),
+        left_out: subject.left_out.clone(),
         domain: domain.ranges.clone(),
         tiles: walked,
         points: reached.points,

@@ -2,6 +2,7 @@
 
 use super::search::is_minor;
 use super::{Claim, Output, Report, Verdict, What};
+use crate::left_out::said;
 use std::fmt::Write;
 
 /// The report.
@@ -16,7 +17,13 @@ pub fn text(report: &Report) -> String {
         })
         .collect();
     let tiles = if report.tiles == 1 { "1 tile".to_string() } else { format!("{} tiles", report.tiles) };
-    let _ = writeln!(out, "{}: bounds for all points with {} ({tiles})", report.shader, domain.join(", "));
+    let _ = writeln!(
+        out,
+        "{}: bounds for all points with {} ({tiles}){}",
+        report.shader,
+        domain.join(", "),
+        said(&report.left_out)
+    );
     for (at, output) in report.outputs.iter().enumerate() {
         let before = at.checked_sub(1).and_then(|at| report.outputs.get(at));
         if before.is_none_or(|before| before.name != output.name) {

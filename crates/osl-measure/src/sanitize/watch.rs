@@ -26,6 +26,8 @@ pub struct Subject {
     /// The number of values before derivatives were written.
     pub(crate) written: usize,
     pub(crate) limits: Limits,
+    /// What is not examined, in words.
+    pub(crate) left_out: Vec<String>,
 }
 
 impl Subject {
@@ -40,7 +42,7 @@ impl Subject {
         }
         let written = body.values.len();
         let body = trace::prepare(body, &options.varying, &options.derivs, &options.limits);
-        Subject { body, written, limits: options.limits.clone() }
+        Subject { body, written, limits: options.limits.clone(), left_out: Vec::new() }
     }
 
     /// Follows a point.

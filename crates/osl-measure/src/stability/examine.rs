@@ -70,6 +70,7 @@ pub fn examine(
     let given = at_given(subject, grid, tolerance, sources);
     if let Some(finding) = too_long(subject, grid) {
         let mut examined = only_given(given, tolerance, shader);
+        examined.report.left_out.clone_from(&subject.base.left_out);
         examined.report.findings.push(finding);
         return examined;
     }
@@ -159,6 +160,7 @@ pub fn examine(
         beyond: once,
         not_enough,
         not_examined,
+        left_out: subject.base.left_out.clone(),
         repair: None,
     };
     Examined { report, given, far, beyond: settings }
@@ -172,7 +174,9 @@ pub fn examine_given(
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    only_given(at_given(subject, grid, tolerance, sources), tolerance, shader)
+    let mut examined = only_given(at_given(subject, grid, tolerance, sources), tolerance, shader);
+    examined.report.left_out.clone_from(&subject.base.left_out);
+    examined
 }
 
 fn only_given(
@@ -192,6 +196,7 @@ fn only_given(
         beyond: Vec::new(),
         not_enough,
         not_examined: Vec::new(),
+        left_out: Vec::new(),
         repair: None,
     };
     Examined { report, given, far: None, beyond: Vec::new() }

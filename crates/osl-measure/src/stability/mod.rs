@@ -69,6 +69,8 @@ pub struct Report {
     pub not_enough: Option<NotEnough>,
     /// What was not looked at, because the time was over. Which parts these are depends on the machine.
     pub not_examined: Vec<String>,
+    /// What is never examined, in words: strings, for instance.
+    pub left_out: Vec<String>,
     /// What was found to repair these lines, if that was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repair: Option<fix::Repair>,

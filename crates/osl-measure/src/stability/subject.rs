@@ -1,5 +1,6 @@
 //! The examined shader with its points; it can be run in both arithmetics at other settings.
 
+use crate::left_out;
 use crate::trace::{self, OnePoint, Trace};
 use osl::stages;
 use osl_exec::{Arithmetic, Datum, PointSource, RunError, RunOptions, Services};
@@ -54,6 +55,8 @@ pub struct Base {
     /// Whether the shader uses derivatives.
     pub differentiates: bool,
     outputs: Option<Vec<Arc<str>>>,
+    /// What is not examined, in words.
+    pub(super) left_out: Vec<String>,
 }
 
 impl Base {
@@ -61,6 +64,7 @@ impl Base {
     pub fn new(plain: Body, mut noted: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Base {
         let (programs, differentiates) = Programs::new(plain, outputs.as_deref(), limits);
         let asked = outputs.clone();
+        let left_out = if asked.is_none() { left_out::left_out(&noted) } else { Vec::new() };
         let mut outputs = outputs;
         passes::closures_as_numbers(&mut noted, outputs.as_mut());
         let options = options(outputs.as_deref(), limits);
@@ -70,7 +74,7 @@ impl Base {
         if let Some(wanted) = &outputs {
             noted.outputs.retain(|o| wanted.contains(&o.name));
         }
-        Base { programs, noted, written, differentiates, outputs: asked }
+        Base { programs, noted, written, differentiates, outputs: asked, left_out }
     }
 
     /// The programs of another body with the same outputs.

@@ -3,6 +3,7 @@
 use super::lines::WORST;
 use super::{Culprit, List, Report, Setting};
 use crate::explain::short;
+use crate::left_out::said;
 use crate::quote::Quote;
 use std::fmt::Write;
 
@@ -15,7 +16,13 @@ const NEXT_TO_NOTHING: f64 = 1e-3;
 /// The text: findings, the lines to blame with carets, and with `all` the outcome of every trial.
 pub fn text(report: &Report, all: bool) -> String {
     let mut out = String::new();
-    let _ = writeln!(out, "{}: stability, with points wrong that are {}\n", report.shader, wrong_is(report));
+    let _ = writeln!(
+        out,
+        "{}: stability, with points wrong that are {}{}\n",
+        report.shader,
+        wrong_is(report),
+        said(&report.left_out)
+    );
     for finding in &report.findings {
         let _ = writeln!(out, "  {}", finding.text);
     }

@@ -208,7 +208,7 @@ fn an_error_has_its_place_and_its_repair() {
         let said = format!("{out}{err}");
         let place = format!("changed.osl:{}:", subject.line(from));
         assert!(code != 0 && said.contains(&place) && said.contains(&format!("`{help}`")), "{said}");
-        let (_, json, _) = oslrun(&["check", &file.file, "--message-format", "json"]);
+        let (_, _, json) = oslrun(&["check", &file.file, "--message-format", "json"]);
         let found: Value = serde_json::from_str(json.lines().next().unwrap()).unwrap();
         let edit = &found["fixes"][0]["edits"][0];
         let number = |key: &str| edit[key].as_u64().unwrap() as usize;
