@@ -1,9 +1,11 @@
-//! What no tool of this crate examines: it is said in the first line of a report. This module must not know the tools.
+//! What no tool of this crate examines: it is said in the first line of a report. This module must not know
+//! the tools.
 
 use osl_ir::ir::{Body, Kernel, Kind, Op};
 use osl_ir::types::Base;
 
-/// What is not examined of a lowered program, in words: strings, and parameters of closures that are no numbers.
+/// What is not examined of a lowered program, in words: strings, and parameters of closures that are no
+/// numbers.
 pub(crate) fn left_out(body: &Body) -> Vec<String> {
     let strings = body.outputs.iter().filter(|output| output.ty.base == Base::String);
     let mut all: Vec<String> = strings.map(|output| format!("the string `{}`", output.name)).collect();

@@ -82,9 +82,12 @@ impl PointSource for Moved<'_> {
 /// The call, the line and the name of a variable.
 type Key = (usize, u32, String);
 
+/// For each value, the numbers of each component.
+type Numbers = BTreeMap<Key, Vec<Vec<f64>>>;
+
 /// The values in double precision, NaN where single precision has few of their digits, and the outcomes of
 /// all conditions.
-fn exact(told: &Explanation) -> (BTreeMap<Key, Vec<Vec<f64>>>, Vec<Vec<bool>>) {
+fn exact(told: &Explanation) -> (Numbers, Vec<Vec<bool>>) {
     let (mut values, mut outcomes) = (BTreeMap::new(), Vec::new());
     for line in told.lines.iter().filter(|line| line.file == FILE) {
         for fact in &line.facts {

@@ -7,6 +7,7 @@ use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Note, Op, Test, ValueId};
 use osl_ir::passes::{self, Pass};
 use osl_syntax::source::SourceMap;
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 /// A note of the source.
 #[derive(Debug)]
@@ -56,7 +57,7 @@ pub(super) struct Sites {
     /// The numbers, in the order of the program.
     pub(super) order: Vec<u32>,
     /// For the site that tells that a loop is reached, the one that tells that a round begins.
-    pub(super) round_of: FxHashMap<u32, u32>,
+    pub(super) round_of: BTreeMap<u32, u32>,
 }
 
 impl Sites {

@@ -161,10 +161,9 @@ impl Found {
                 Some(Exact::Matrix(_)) if reaches(*arg, known) => {
                     self.because("a matrix has no derivative".to_string());
                 }
+                Some(Exact::Float(_) | Exact::Triple(_)) if at > 0 && is_first && !reaches(*arg, known) => {}
                 Some(Exact::Float(_) | Exact::Triple(_)) if at > 0 && is_first => {
-                    if reaches(*arg, known) {
-                        self.because(FMOD.to_string());
-                    }
+                    self.because(FMOD.to_string());
                 }
                 Some(Exact::Float(_) | Exact::Triple(_)) => {
                     if op == LaneOp::Atan2 && reaches(*arg, known) {
@@ -185,12 +184,22 @@ impl Found {
             let is_number = |id: &&NodeId| matches!(exact(**id, known), Exact::Float(_) | Exact::Triple(_));
             args.iter().filter(is_number).map(|id| (*id, ALL)).collect()
         };
-        match kernel {
-            Kernel::Noise { field: NoiseField::Hash, .. } => {
-                if node.args.iter().any(|arg| reaches(*arg, known)) {
-                    self.because("`hash` noise has no derivative".to_string());
-                }
+        let is_reached = || node.args.iter().any(|arg| reaches(*arg, known));
+        let still = match kernel {
+            Kernel::Noise { field: NoiseField::Hash, .. } => Some("`hash` noise has no derivative"),
+            Kernel::Text(TextFn::ToFloat) => Some("a number that is read from a string has no derivative"),
+            Kernel::ColorBetween => Some(COLORS),
+            Kernel::Environment { .. } => Some("`environment` has no derivative"),
+            Kernel::Volume { .. } => Some("`texture3d` has no derivative"),
+            _ => None,
+        };
+        if let Some(why) = still {
+            if is_reached() {
+                self.because(why.to_string());
             }
+            return;
+        }
+        match kernel {
             Kernel::Noise { dims, .. } | Kernel::NamedNoise { dims, .. } => {
                 let first = usize::from(matches!(kernel, Kernel::NamedNoise { .. }));
                 let count = if *dims < 3 { usize::from(*dims) } else { usize::from(*dims) - 2 };
@@ -222,23 +231,6 @@ impl Found {
                 self.open.extend(numbers(node.args.get(1..3).unwrap_or_default()));
             }
             Kernel::SplineInverse { .. } => self.open.extend(numbers(node.args.get(..1).unwrap_or_default())),
-            Kernel::Text(TextFn::ToFloat) => {
-                if node.args.iter().any(|arg| reaches(*arg, known)) {
-                    self.because("a number that is read from a string has no derivative".to_string());
-                }
-            }
-            Kernel::ColorBetween => {
-                if node.args.iter().any(|arg| reaches(*arg, known)) {
-                    self.because(COLORS.to_string());
-                }
-            }
-            Kernel::Environment { .. } | Kernel::Volume { .. } => {
-                if node.args.iter().any(|arg| reaches(*arg, known)) {
-                    let is_volume = matches!(kernel, Kernel::Volume { .. });
-                    let name = if is_volume { "texture3d" } else { "environment" };
-                    self.because(format!("`{name}` has no derivative"));
-                }
-            }
             _ => {}
         }
     }
@@ -265,7 +257,7 @@ fn is_derivative(value: NodeId, known: Known<'_>) -> bool {
 fn is_given(change: NodeId, known: Known<'_>) -> bool {
     let node = known.trace.node(change);
     let is_zero = node.strict.as_ref().is_some_and(|x| Exact::widen(x).numbers().iter().all(|x| *x == 0.0));
-    !is_derivative(change, known) && !(matches!(node.what, Kind::Const) && is_zero)
+    !(is_derivative(change, known) || matches!(node.what, Kind::Const) && is_zero)
 }
 
 /// Why an operation without a derivative has none; `call` is its source text.

@@ -22,12 +22,15 @@ const SMALL: f64 = 1.05;
 /// needed if the sentence does not hold for all outputs.
 type Sentence = (String, Option<String>);
 
+/// The sentences of a kind about an output.
+type Sentences<'a> = &'a dyn Fn(&Output) -> Vec<Sentence>;
+
 /// One sentence for each error, and what other arithmetic and `--prefilter` change. Outputs for which a
 /// sentence is the same share it.
 pub(super) fn advice(trade: &Trade) -> String {
     let takes = |output: &Output| takes(trade, output);
     let changes = |output: &Output| changes(trade, output).into_iter().map(|text| (text, None)).collect();
-    let kinds: [&dyn Fn(&Output) -> Vec<Sentence>; 2] = [&takes, &changes];
+    let kinds: [Sentences<'_>; 2] = [&takes, &changes];
     let mut text = String::new();
     for kind in kinds {
         let sentences = trade

@@ -169,19 +169,17 @@ fn ranking(lines: &[Row], times: &[BTreeMap<String, Sum>], out: &mut dyn Write) 
     }
 }
 
-/// The number of rows at the head of a list that share a place: some run has another row of the list before
-/// one of them.
+/// The number of rows at the head of a list that share a place with the first: they are before it in more
+/// than one run, since the first run is mostly slower than the others; of two runs, in one.
 fn together(rows: &[&Row], times: &[BTreeMap<String, Sum>]) -> usize {
     let of =
         |time: &BTreeMap<String, Sum>, row: &Row| time.get(&row.name).map_or(Duration::ZERO, |sum| sum.own);
-    let mut count = rows.len().min(1);
-    while let Some(far) = rows.iter().enumerate().skip(count).rev().find_map(|(at, row)| {
-        let overtakes = |time| rows.iter().take(count).any(|one| of(time, row) >= of(time, one));
-        times.iter().any(overtakes).then_some(at + 1)
-    }) {
-        count = far;
-    }
-    count
+    let Some(first) = rows.first() else { return 0 };
+    let is_near = |row: &&&Row| {
+        let before = times.iter().filter(|time| of(time, row) >= of(time, first)).count();
+        before >= times.len().min(3).div_ceil(2)
+    };
+    1 + rows.iter().skip(1).rposition(|row| is_near(&row)).map_or(0, |last| last + 1)
 }
 
 fn by(profile: &[ProfileEntry], key: impl Fn(&ProfileEntry) -> String) -> Vec<(String, Sum)> {
@@ -306,11 +304,11 @@ mod tests {
             "Most of the time goes to a:1, 51 %:  x\n\
              Second are these lines, which are equal within the noise:\n  a:3, 25 %:  x\n  a:2, 24 %:  x\n\n"
         );
-        // The second overtakes the first in one run, and the third the second in another.
+        // The second is before the first in two of three runs; the third is once, which may be chance.
         assert_eq!(
-            ranked(&[("a:1", &[40, 40, 40]), ("a:2", &[31, 41, 31]), ("a:3", &[30, 30, 32])]),
+            ranked(&[("a:1", &[40, 40, 40]), ("a:2", &[31, 41, 41]), ("a:3", &[29, 40, 29])]),
             "Most of the time goes to these lines, which are equal within the noise:\n\
-             \x20 a:1, 40 %:  x\n  a:2, 31 %:  x\n  a:3, 30 %:  x\n\n"
+             \x20 a:1, 40 %:  x\n  a:2, 31 %:  x\nSecond is a:3, 29 %:  x\n\n"
         );
     }
 }
