@@ -368,7 +368,7 @@ impl Follower<'_> {
                 }
                 for (half, result) in [&strict, &exact].into_iter().enumerate() {
                     if let (Some(slot), Some((_, elements))) = (kernel.writes(), result) {
-                        self.refill(slot, half, elements, inst.span)?;
+                        self.refill(slot, half, (&arrays[half], elements), inst.span)?;
                     }
                 }
                 for (values, _) in [&strict, &exact].into_iter().flatten() {
@@ -432,9 +432,9 @@ impl Follower<'_> {
         (way.strict().then_some(strict), way.exact().then_some(Exact::Closure(exact)))
     }
 
-    /// The elements of the array that a kernel reads.
+    /// The elements of the array that a kernel reads, or else of the one that it writes.
     fn array_of(&self, kernel: &Kernel, half: usize) -> Vec<Const> {
-        let Some(slot) = kernel.reads() else { return Vec::new() };
+        let Some(slot) = kernel.reads().or(kernel.writes()) else { return Vec::new() };
         let kind = self.body.slot(slot).kind;
         let value = |id: &NodeId| {
             if half == 0 { self.strict(*id, kind) } else { self.exact(*id, kind).round() }
@@ -442,9 +442,15 @@ impl Follower<'_> {
         self.arrays[half][slot.index()].iter().map(value).collect()
     }
 
-    /// Stores what a kernel wrote into an array.
-    fn refill(&mut self, slot: SlotId, half: usize, elements: &[Const], span: Span) -> Result<(), Full> {
-        for (index, element) in elements.iter().enumerate() {
+    /// Stores what a kernel wrote into an array; elements that it left as they were keep their values.
+    fn refill(
+        &mut self,
+        slot: SlotId,
+        half: usize,
+        (before, after): (&[Const], &[Const]),
+        span: Span,
+    ) -> Result<(), Full> {
+        for (index, element) in after.iter().enumerate().filter(|(at, new)| before.get(*at) != Some(new)) {
             let exact = Exact::widen(element);
             let node = self.push(What::Const, span, Vec::new(), Some(element.clone()), Some(exact))?;
             if let Some(place) = self.arrays[half][slot.index()].get_mut(index) {

@@ -231,8 +231,14 @@ impl<'a> Kernels<'a> {
             }
             redirect(&mut kernel, slot, own);
         }
+        // What the call does not write keeps its value.
+        let is_read = kernel.reads().is_some();
         let written = kernel.writes().map(|slot| {
             let own = copy_slot(&mut b, body, slot);
+            for (index, value) in given.iter().enumerate().filter(|_| !is_read) {
+                let (index, value) = (b.int(index as i32), b.constant(value.clone()));
+                b.store_element(own, index, value);
+            }
             redirect(&mut kernel, slot, own);
             own
         });

@@ -527,3 +527,18 @@ fn a_report_that_is_cut_short_says_so() {
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("time was over") && !out.contains("Nothing to"), "{out}");
 }
+
+/// A call that writes a part of an array leaves the rest: `split` with a limit.
+#[test]
+fn what_a_call_does_not_write_keeps_its_value() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("s.osl");
+    let text = "shader s(output string list[2] = { \"a b\", \"c\" }, output int k = 0) {\n    \
+                for (int i = 0; i < 3; i++)\n        k = split(list[0], list, \"zz\", i);\n}\n";
+    std::fs::write(&path, text).unwrap();
+    let (code, out, err) = oslrun(&["explain", path.to_str().unwrap(), "-g", "2x2", "--at", "0,0"]);
+    assert!(
+        code == 0 && out.contains("list[1] = \"c\", 3 times") && out.contains("k = 0, 1, 1"),
+        "{out}{err}"
+    );
+}
