@@ -143,7 +143,7 @@ impl Converter<'_> {
         (hash.kind == Raw::Hash && hash.span.end == digits.span.start && hex).then_some((*digits, tail))
     }
 
-    /// Adds a token; `next` is the one behind it.
+    /// Adds a token; `next` is the token after it.
     fn push(&mut self, t: PpToken, next: Option<&PpToken>) {
         let text = self.names.str(t.sym);
         let token = match t.kind {

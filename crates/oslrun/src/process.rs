@@ -7,7 +7,7 @@ use std::io::Write;
 /// Bytes of the stack of the main thread, whatever `ulimit -s` says.
 const STACK: usize = 8 << 20;
 
-/// The smallest `ulimit -v` in bytes: twice what a small shader needs on two threads.
+/// The smallest `ulimit -v` in bytes: more than a small shader needs on two threads, which is 80 MB.
 const MIN_ADDRESSES: u64 = 128 << 20;
 
 /// Runs the command on a stack of its own, and returns its exit code: 1 with a message if the process lacks

@@ -457,7 +457,8 @@ fn compiled_text(compiled: Compiled) -> String {
     compiled_words(compiled).map_or_else(String::new, |words| format!(" ({words})"))
 }
 
-/// What the compiler made of the values of which list: `(values 1 to 3, 5 not needed)`.
+/// Says which values of a list are known when the shader is compiled, or not needed: `(values 1 to 3, 5 not
+/// needed)`.
 fn each_text(each: &[Compiled]) -> String {
     let mut kinds: Vec<(String, Vec<(usize, usize)>)> = Vec::new();
     for (number, compiled) in (1..).zip(each) {

@@ -69,8 +69,7 @@ pub fn examine(
 ) -> Examined {
     let given = at_given(subject, grid, tolerance, sources);
     if let Some(finding) = too_long(subject, grid) {
-        let mut examined = only_given(given, tolerance, shader);
-        examined.report.left_out.clone_from(&subject.base.left_out);
+        let mut examined = only_given(given, (subject, tolerance), shader);
         examined.report.findings.push(finding);
         return examined;
     }
@@ -174,14 +173,12 @@ pub fn examine_given(
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    let mut examined = only_given(at_given(subject, grid, tolerance, sources), tolerance, shader);
-    examined.report.left_out.clone_from(&subject.base.left_out);
-    examined
+    only_given(at_given(subject, grid, tolerance, sources), (subject, tolerance), shader)
 }
 
 fn only_given(
     Baseline { first, given, found, not_enough }: Baseline,
-    tolerance: f64,
+    (subject, tolerance): (&Subject<'_>, f64),
     shader: &str,
 ) -> Examined {
     let findings = [as_given(&first)].into_iter().chain(unknown(not_enough.as_ref()));
@@ -196,7 +193,7 @@ fn only_given(
         beyond: Vec::new(),
         not_enough,
         not_examined: Vec::new(),
-        left_out: Vec::new(),
+        left_out: subject.base.left_out.clone(),
         repair: None,
     };
     Examined { report, given, far: None, beyond: Vec::new() }

@@ -72,27 +72,8 @@ pub fn culprits(
             followed[which] += 1;
         }
     }
-    let (mut blamed, mut noticed) = (Lines::default(), Lines::default());
-    let n = f64::from(followed[0].max(1));
-    let found = sums.ended();
-    let most = found.places.values().map(Blame::score).fold(0.0, f64::max);
-    let adds = |place: &InstSite| found.repeats.all(Side::Magnifies, place) > 0.0;
-    for (place, blame) in found.places.iter().filter(|(place, blame)| blame.score() > 0.0 || adds(place)) {
-        let charge = charge(place, blame, n, &found, sources);
-        let is_most = blame.score() >= most;
-        blamed.put(charge, sources);
-        if is_most {
-            blamed.most = line_of(place.span);
-        }
-        if blame.reduced >= 0.5 * blame.amplified
-            && let (Some(at), Some(forms)) = (sources.place(place.span), found.pairs.forms(place, sources))
-            && let Some(blame) = found.places.get(&forms.place)
-            && (blame.size >= LARGE || blame.roundings() >= INEXACT)
-        {
-            blamed.formed.insert(((at.file, at.line), (forms.file, forms.line)));
-        }
-    }
-    blamed.errors = found.lines.iter().map(|(line, error)| (*line, error / n)).collect();
+    let (found, mut noticed) = (sums.ended(), Lines::default());
+    let blamed = blamed(&found, f64::from(followed[0].max(1)), sources);
     // Where an underflow does no harm, it is no event.
     let harms = |(span, kind): &(Span, Kind)| {
         let broken = |(place, blame): (&InstSite, &Blame)| place.span == *span && blame.left > 0.0;
@@ -139,6 +120,30 @@ pub fn culprits(
         noticed: noticed.culprits(setting, sources),
         skipped,
     }
+}
+
+/// The lines to blame for what was found at so many points.
+fn blamed(found: &Found, points: f64, sources: &SourceMap) -> Lines {
+    let mut blamed = Lines::default();
+    let most = found.places.values().map(Blame::score).fold(0.0, f64::max);
+    let adds = |place: &InstSite| found.repeats.all(Side::Magnifies, place) > 0.0;
+    for (place, blame) in found.places.iter().filter(|(place, blame)| blame.score() > 0.0 || adds(place)) {
+        let charge = charge(place, blame, points, found, sources);
+        let is_most = blame.score() >= most;
+        blamed.put(charge, sources);
+        if is_most {
+            blamed.most = line_key(place.span, sources);
+        }
+        if blame.reduced >= 0.5 * blame.amplified
+            && let (Some(at), Some(forms)) = (sources.place(place.span), found.pairs.forms(place, sources))
+            && let Some(blame) = found.places.get(&forms.place)
+            && (blame.size >= LARGE || blame.roundings() >= INEXACT)
+        {
+            blamed.formed.insert(((at.file, at.line), (forms.file, forms.line)));
+        }
+    }
+    blamed.errors = found.lines.iter().map(|(line, error)| (*line, error / points)).collect();
+    blamed
 }
 
 /// How many points have each event.
