@@ -1,28 +1,25 @@
 //! The commands. Each has a module, which also declares its options.
 
-use super::args::RunArgs;
-use super::book::BookArgs;
-use super::check::CheckArgs;
-use super::compare::CompareArgs;
-use super::compile::CompileArgs;
-use super::doc::DocArgs;
-use super::explain::ExplainArgs;
-use super::explain_error::ExplainErrorArgs;
-use super::fmt::FmtArgs;
-use super::frames::FrameArgs;
-use super::info::InfoArgs;
-use super::ir::IrArgs;
-use super::lod::LodArgs;
-use super::pages::{CompletionArgs, ManArgs};
-use super::preview::PreviewArgs;
-use super::prove::ProveArgs;
-use super::render::RenderArgs;
-use super::sanitize::SanitizeArgs;
-use super::stability::StabilityArgs;
-use super::studio::StudioArgs;
-use super::tradeoff::TradeoffArgs;
-use super::watch::WatchArgs;
-use super::{args, version};
+use super::help::doc::DocArgs;
+use super::help::explain_error::ExplainErrorArgs;
+use super::help::pages::{CompletionArgs, ManArgs};
+use super::help::version;
+use super::measure::bounds::BoundsArgs;
+use super::measure::explain::ExplainArgs;
+use super::measure::lod::LodArgs;
+use super::measure::sanitize::SanitizeArgs;
+use super::measure::stability::StabilityArgs;
+use super::measure::tradeoff::TradeoffArgs;
+use super::picture::book::BookArgs;
+use super::picture::compare::CompareArgs;
+use super::picture::render::RenderArgs;
+use super::picture::run::RunArgs;
+use super::picture::studio::StudioArgs;
+use super::source::check::CheckArgs;
+use super::source::compile::CompileArgs;
+use super::source::fmt::FmtArgs;
+use super::source::info::InfoArgs;
+use super::source::ir::IrArgs;
 use clap::{Args, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 
@@ -35,44 +32,21 @@ pub(super) struct Cli {
     pub(super) command: Option<Command>,
     /// Running a shader.
     #[command(flatten)]
-    pub(super) run: Running,
-}
-
-/// The options of a run.
-#[derive(Debug, Args)]
-pub(super) struct Running {
-    /// Running a shader.
-    #[command(flatten)]
     pub(super) run: RunArgs,
-    /// The frames of a film.
-    #[command(flatten)]
-    pub(super) frames: FrameArgs,
-    /// Whether to run again after a change.
-    #[command(flatten)]
-    pub(super) watch: WatchArgs,
-    /// A picture with light.
-    #[command(flatten)]
-    pub(super) preview: PreviewArgs,
-    /// Print the result of the run as one JSON object: the range of each output, the files, the numbers of
-    /// errors and warnings; with --stats, --histogram and --profile also their tables.
-    #[arg(long, help_heading = args::heading::MESSAGES)]
-    pub(super) json: bool,
 }
 
-impl Running {
-    /// The options of a run, if the command line is one, without an error and without a command.
-    ///
-    /// Describing the options of all commands takes longer than compiling a shader, so that a run describes
-    /// only its own. Every other line, also one with an error, is left to [`Cli`].
-    pub(super) fn alone(args: &[OsString]) -> Option<Running> {
-        let first = args.get(1)?.to_str()?;
-        if first == "help" || Command::has_subcommand(first) {
-            return None;
-        }
-        let command = Running::augment_args(clap::Command::new("oslrun")).disable_version_flag(true);
-        let found = command.try_get_matches_from(args).ok()?;
-        Running::from_arg_matches(&found).ok()
+/// The options of a run, if the command line is one, without an error and without a command.
+///
+/// Describing the options of all commands takes longer than compiling a shader, so that a run describes
+/// only its own. Every other line, also one with an error, is left to [`Cli`].
+pub(super) fn run_alone(args: &[OsString]) -> Option<RunArgs> {
+    let first = args.get(1)?.to_str()?;
+    if first == "help" || Command::has_subcommand(first) {
+        return None;
     }
+    let command = RunArgs::augment_args(clap::Command::new("oslrun")).disable_version_flag(true);
+    let found = command.try_get_matches_from(args).ok()?;
+    RunArgs::from_arg_matches(&found).ok()
 }
 
 /// The commands other than running a shader.
@@ -91,7 +65,7 @@ pub(super) enum Command {
     /// Count numeric events by source line: divisions by zero, ints that overflow, NaN, lost digits.
     Sanitize(Box<SanitizeArgs>),
     /// Prove what holds at every point: ranges of outputs, arguments in their domain, indices in range.
-    Bounds(Box<ProveArgs>),
+    Bounds(Box<BoundsArgs>),
     /// Compile a shader to the text form that renderers load, .oso.
     Compile(CompileArgs),
     /// Show what a shader is: its kind, its parameters with types, defaults and metadata.
@@ -114,7 +88,7 @@ pub(super) enum Command {
     /// what happens at the pixel under the mouse.
     Studio(Box<StudioArgs>),
     /// Render a picture of a scene file: lighting, with the shaders of its materials.
-    Render(RenderArgs),
+    Render(Box<RenderArgs>),
     /// Print the completions of the command line for a shell.
     Completions(CompletionArgs),
     /// Print the manual page of oslrun, or of one of its commands.
@@ -146,7 +120,7 @@ mod tests {
             "oslrun",
         ];
         for line in lines.map(words) {
-            let alone = Running::alone(&line);
+            let alone = run_alone(&line);
             let all = Cli::try_parse_from(&line).ok();
             assert!(all.as_ref().is_none_or(|all| all.command.is_none()), "{line:?}");
             let all = all.map(|all| all.run);
@@ -159,7 +133,7 @@ mod tests {
         let lines =
             ["oslrun check a.osl", "oslrun help", "oslrun --help", "oslrun -V", "oslrun a.osl --colour"];
         for line in lines {
-            assert!(Running::alone(&words(line)).is_none(), "{line}");
+            assert!(run_alone(&words(line)).is_none(), "{line}");
         }
     }
 }

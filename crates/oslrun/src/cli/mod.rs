@@ -3,233 +3,148 @@
 //! `oslrun tradeoff FILE`, `oslrun compare A B`, `oslrun picture-book FILE -o BOOK`,
 //! `oslrun studio FILE`.
 //!
-//! `commands` lists the commands; each has a module, which declares its options. `args` holds those that
-//! several share, and `session` sets up a run. Exit codes: 0 success, 1 an error in
-//! the input or in its result, 2 an error in the command line. A command that fails has written no output
-//! file, except a picture that misses its `--max-error`.
+//! `commands` lists the commands. Each has a module in a room of its family: `source`, `picture`, `measure` and
+//! `help`; `compat` has the command lines of the reference's tools. A module declares the options of its command
+//! from the groups in `options`, turns them into a request of `osl_job`, and prints the result with `print`. Exit
+//! codes: 0 success, 1 an error in the input or in its result, 2 an error in the command line. A command that fails
+//! has written no output file, except a picture that misses its `--max-error`.
 
-mod args;
-mod book;
-mod check;
-mod clock;
-mod closures;
 mod commands;
-mod compare;
 mod compat;
-mod compile;
-mod console;
-mod data;
-mod data_url;
-mod diff;
-mod doc;
-mod explain;
-mod explain_error;
-mod figures;
-mod fix;
-mod fmt;
-mod frames;
-mod group_text;
-mod histogram;
-mod idle;
-mod info;
-mod input;
-mod ir;
-mod json;
-mod json_lines;
-mod load;
-mod lod;
-mod map;
-mod misspelt;
-mod on;
-mod output;
-mod pages;
+mod help;
+mod measure;
+mod options;
 mod picture;
-mod prefilter;
-mod preview;
-mod profile;
-mod prove;
-mod ranges;
-mod reads;
-mod render;
-mod repair;
-mod report;
-mod roles;
-mod rows;
-mod run;
-mod said;
-mod sampling;
-mod sanitize;
-mod session;
-mod shading;
-mod sight;
-mod software;
-mod stability;
-mod stdout;
-mod streams;
-mod studio;
-mod summary;
-mod surface;
-mod sweep;
-mod tradeoff;
-mod version;
-mod watch;
-mod within;
-mod words;
+mod print;
+mod source;
 
-use clap::FromArgMatches;
-use commands::{Cli, Command, Running};
-use osl_syntax::escape::shown;
+pub use help::reference;
+
+use clap::{CommandFactory, FromArgMatches};
+use commands::{Cli, Command};
+use help::{doc, explain_error, misspelt, pages, version};
+use measure::{bounds, explain, lod, sanitize, stability, tradeoff};
+use osl_job::Failure;
+use picture::{book, compare, render, run, studio};
+use print::{Console, checked, json_is_asked};
+use source::{check, compile, fmt, info, ir};
 use std::ffi::OsString;
 use std::io::Write;
 
-/// Why a command failed.
-#[derive(Debug)]
-struct Failure {
-    /// The error message for the user; empty if it was printed already.
-    text: String,
-    /// The exit code.
-    code: u8,
-    /// Whether the command wrote its output all the same.
-    wrote: bool,
-}
-
-impl Failure {
-    /// A failure with a message of one line.
-    fn new(text: impl std::fmt::Display) -> Failure {
-        Failure { text: text.to_string(), code: 1, wrote: false }
-    }
-
-    /// A failure because of the command line alone: options that exclude each other, or a value out of range.
-    fn usage(text: impl std::fmt::Display) -> Failure {
-        Failure { text: text.to_string(), code: 2, wrote: false }
-    }
-
-    /// A failure whose message was printed already.
-    fn said() -> Failure {
-        Failure { text: String::new(), code: 1, wrote: false }
-    }
-
-    /// A picture that was written, but misses its error bound, as a warning has said.
-    fn missed() -> Failure {
-        Failure { text: String::new(), code: 1, wrote: true }
-    }
-}
-
-/// Runs the command and returns its exit code.
+/// Runs the command and returns its exit code. Nothing of the standard output is lost in silence.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
-    match json_lines::requested(&args) {
-        true => checked(args, out, &mut json_lines::JsonLines::new(err)),
-        false => checked(args, out, err),
-    }
-}
-
-/// Runs the command, and checks that nothing of the standard output is lost.
-fn checked(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
-    let mut out = console::Checked::new(out);
-    let code = command(args, &mut out, err);
+    let json = json_is_asked(&args);
+    let mut out = checked::Checked::new(out);
+    let code = command(&args, &mut out, err, json);
     match out.finish() {
         Ok(()) => code,
         Err(error) => {
-            let _ = writeln!(err, "error: cannot write to the standard output: {error}");
+            let why = format!("cannot write to the standard output: {error}");
+            Console::new(&mut std::io::sink(), err, json).error(&why);
             code.max(1)
         }
     }
 }
 
-/// Fails if part of the standard output was lost, so that no file is replaced. The loss is reported at the
-/// end.
-fn flushed(out: &mut dyn Write) -> Result<(), Failure> {
-    out.flush().map_err(|_| Failure::said())
-}
-
-fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
-    if let Some(code) = compat::run(&args, out, err) {
+fn command(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write, json: bool) -> u8 {
+    if let Some(code) = compat::run(args, out, err) {
         return code;
     }
-    if let Some(text) = misspelt::command(&args) {
-        let _ = writeln!(err, "error: {}", shown(&text));
+    let console = &mut Console::new(out, err, json);
+    if let Some(text) = misspelt::command(args) {
+        console.error(&text);
         return 2;
     }
-    if let Some(text) = version::asked(&args) {
-        let _ = writeln!(out, "{text}");
+    if let Some(text) = version::asked(args) {
+        console.report(&format!("{text}\n"));
         return 0;
     }
-    if let Some(running) = Running::alone(&args) {
-        return exit_code(run_shader(running, &args, out, err), err);
+    if let Some(own) = commands::run_alone(args) {
+        let result = run::run(&own, args, console);
+        return exit_code(result, console);
     }
-    let parsed = idle::command_line().try_get_matches_from(&args);
-    if let Some(text) = parsed.as_ref().ok().and_then(idle::refused) {
-        let _ = writeln!(err, "error: {}", shown(&text));
-        return 2;
+    match parsed(args) {
+        Ok(cli) => {
+            let result = answered(&cli, args, console);
+            exit_code(result, console)
+        }
+        Err(Unread::Wrong(text)) => {
+            console.error(&text);
+            2
+        }
+        Err(Unread::Usage(text)) => {
+            console.usage(&text);
+            2
+        }
+        Err(Unread::Help(text)) => {
+            console.report(&text);
+            0
+        }
     }
-    let cli = match parsed.and_then(|found| Cli::from_arg_matches(&found)) {
-        Ok(cli) => cli,
-        Err(usage) => {
-            if let Some(text) = misspelt::usage(&args, &usage) {
-                let _ = writeln!(err, "error: {}", shown(&text));
-                return 2;
-            }
-            let text = usage.render();
-            // Help and version are answers, not errors.
-            if usage.use_stderr() {
-                let _ = write!(err, "{}", shown(&text.to_string()));
-                return 2;
-            }
-            let _ = write!(out, "{text}");
-            return 0;
-        }
-    };
-    let result = match (cli.command, cli.run) {
-        (Some(Command::Check(args)), _) => check::check(&args, out, err),
-        (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
-        (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
-        (Some(Command::Explain(args)), _) => explain::explain(&args, out, err),
-        (Some(Command::Stability(args)), _) => stability::stability(&args, out, err),
-        (Some(Command::Sanitize(args)), _) => sanitize::sanitize(&args, out, err),
-        (Some(Command::Bounds(args)), _) => prove::bounds(&args, out, err),
-        (Some(Command::Compile(args)), _) => compile::compile(&args, out, err),
-        (Some(Command::Info(args)), _) => info::info(&args, out, err),
-        (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
-        (Some(Command::Doc(args)), _) => doc::doc(&args, out),
-        (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
-        (Some(Command::Lod(args)), _) => lod::lod(&args, out, err),
-        (Some(Command::Compare(compared)), _) => {
-            let reading = compare::Reading { line: idle::command_line, refused: idle::refused };
-            compare::compare(*compared, (&args, reading), out, err)
-        }
-        (Some(Command::PictureBook(found)), _) => book::book(&found, &args, out, err),
-        (Some(Command::Studio(live)), _) => studio::studio(&live, &args, out),
-        (Some(Command::Render(mut found)), _) => {
-            found.command = words::text(&args, Some(&found.file));
-            render::render(&found, out, err)
-        }
-        (Some(Command::Completions(args)), _) => pages::completions(&args, idle::command_line(), out),
-        (Some(Command::Man(args)), _) => pages::man(&args, idle::command_line(), out),
-        (None, running) => run_shader(running, &args, out, err),
-    };
-    exit_code(result, err)
 }
 
-/// Runs a shader.
-fn run_shader(
-    running: Running,
-    args: &[OsString],
-    out: &mut dyn Write,
-    err: &mut dyn Write,
-) -> Result<(), Failure> {
-    let Running { mut run, frames, watch, preview, json } = running;
-    run.command = words::text(args, run.file.as_deref());
-    watch::run(&run, &watch, (&frames, &preview, json), out, err)
+/// Why a command line is not that of a command to run.
+enum Unread {
+    /// A message of this program.
+    Wrong(String),
+    /// A message of the option parser.
+    Usage(String),
+    /// Help or a version was asked for.
+    Help(String),
+}
+
+/// Reads the command line.
+fn parsed(args: &[OsString]) -> Result<Cli, Unread> {
+    let line = Cli::command();
+    let found = line.clone().try_get_matches_from(args);
+    if let Some((compare::NAME, options)) = found.as_ref().ok().and_then(clap::ArgMatches::subcommand)
+        && let Some(text) = compare::refused(options, &line)
+    {
+        return Err(Unread::Wrong(text));
+    }
+    found.and_then(|found| Cli::from_arg_matches(&found)).map_err(|usage| {
+        if let Some(text) = misspelt::usage(args, &usage) {
+            return Unread::Wrong(text);
+        }
+        let text = usage.render().to_string();
+        if usage.use_stderr() { Unread::Usage(text) } else { Unread::Help(text) }
+    })
+}
+
+/// Runs a command.
+fn answered(cli: &Cli, args: &[OsString], console: &mut Console<'_>) -> Result<(), Failure> {
+    match &cli.command {
+        Some(Command::Check(own)) => check::check(own, console),
+        Some(Command::Ir(own)) => ir::ir(own, console),
+        Some(Command::ExplainError(own)) => explain_error::explain(own, console.out),
+        Some(Command::Explain(own)) => explain::explain(own, console),
+        Some(Command::Stability(own)) => stability::stability(own, console),
+        Some(Command::Sanitize(own)) => sanitize::sanitize(own, console),
+        Some(Command::Bounds(own)) => bounds::bounds(own, console),
+        Some(Command::Compile(own)) => compile::compile(own, console),
+        Some(Command::Info(own)) => info::info(own, console),
+        Some(Command::Fmt(own)) => fmt::fmt(own, console),
+        Some(Command::Doc(own)) => doc::doc(own, console.out),
+        Some(Command::Tradeoff(own)) => tradeoff::tradeoff(own, console),
+        Some(Command::Lod(own)) => lod::lod(own, console),
+        Some(Command::Compare(own)) => compare::compare(own, args, Cli::command, console),
+        Some(Command::PictureBook(own)) => book::book(own, args, console),
+        Some(Command::Studio(own)) => studio::studio(own, args, console),
+        Some(Command::Render(own)) => render::render(own, args, console),
+        Some(Command::Completions(own)) => pages::completions(own, Cli::command(), console.out),
+        Some(Command::Man(own)) => pages::man(own, Cli::command(), console.out),
+        None => run::run(&cli.run, args, console),
+    }
 }
 
 /// The exit code for a result, whose error is reported.
-fn exit_code(result: Result<(), Failure>, err: &mut dyn Write) -> u8 {
+fn exit_code(result: Result<(), Failure>, console: &mut Console<'_>) -> u8 {
     match result {
         Ok(()) => 0,
         Err(Failure { text, code, .. }) => {
             if !text.is_empty() {
-                let _ = writeln!(err, "error: {}", shown(&text));
+                console.error(&text);
             }
             code
         }

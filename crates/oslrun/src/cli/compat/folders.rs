@@ -1,9 +1,9 @@
 //! The folders in which the reference's tools look for shaders: compiled shaders first, then sources.
 
-use crate::cli::args::limits::LimitArgs;
-use crate::cli::args::{Reach, ReadArgs};
-use crate::cli::input;
+use crate::cli::options::limits::LimitArgs;
 use osl::stages::ShaderFiles;
+use osl_job::request::{Reach, Reading};
+use osl_job::source::input;
 use osl_limits::Limits;
 use osl_syntax::source::SourceProvider;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ impl Folders {
     /// The folders of a search path, followed by the working directory.
     pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>, limits: &LimitArgs) -> Folders {
         path.push(PathBuf::new());
-        let read = ReadArgs { limits: limits.clone(), reach: Reach::Relative, ..ReadArgs::default() };
+        let read = Reading { limits: limits.limits().clone(), reach: Reach::Relative, ..Reading::default() };
         let includes = input::searched(Path::new(""), &read);
         Folders { written, path, includes, limits: limits.limits().clone() }
     }

@@ -15,9 +15,10 @@ mod testrender;
 mod testshade;
 mod told;
 
-use super::args::limits::LimitArgs;
+use super::options::limits::LimitArgs;
 use osl_ir::ir::Const;
 use osl_ir::text::{self, Flavour, Value};
+use osl_job::{Event, Sink};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use std::ffi::OsString;
@@ -29,6 +30,14 @@ struct Console<'a> {
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
     limits: &'a LimitArgs,
+}
+
+impl Sink for Console<'_> {
+    fn event(&mut self, event: Event<'_>) {
+        if let Event::Printed(text) = event {
+            let _ = self.out.write_all(text.as_bytes());
+        }
+    }
 }
 
 impl Console<'_> {

@@ -4,11 +4,12 @@
 //! `FILE:LINE: error: …` and are repeated as often as in the reference. Lints are not reported.
 
 use super::Console;
-use crate::cli::args::{Reach, ReadArgs, version};
-use crate::cli::input;
+use crate::cli::options::reading::version;
 use osl::stages::{self, Checked};
 use osl_files::{SaveError, Unsaved};
 use osl_hir::oso;
+use osl_job::request::{Reach, Reading};
+use osl_job::source::input;
 use osl_syntax::Reports;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
@@ -64,7 +65,7 @@ struct Job {
     preprocess: bool,
     werror: bool,
     rule: Rule,
-    read: ReadArgs,
+    read: Reading,
 }
 
 /// Runs the tool.
@@ -73,7 +74,7 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
         let _ = write!(console.out, "{HELP}");
         return 0;
     }
-    let read = ReadArgs { limits: console.limits.clone(), ..ReadArgs::default() };
+    let read = Reading { limits: console.limits.limits().clone(), ..Reading::default() };
     let mut job = Job { read, ..Job::default() };
     let mut rest = args.iter();
     while let Some(arg) = rest.next() {
@@ -83,7 +84,7 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
         };
         match word {
             Ok(word) if arg == "--osl-version" => match version(word) {
-                Ok(version) => job.read.osl_version = Some(version),
+                Ok(version) => job.read.version = Some(version),
                 Err(why) => {
                     let _ = writeln!(console.err, "error: {why}");
                     return 1;
@@ -217,7 +218,7 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
     }
     // The text of a file that is no header of the shader's own must not get out.
     let reach = if job.preprocess { Reach::Folders } else { Reach::Relative };
-    let read = ReadArgs { reach, ..job.read.clone() };
+    let read = Reading { reach, ..job.read.clone() };
     let mut input = input::read(file, &read).map_err(|failure| failure.text)?;
     input.options.reports = Reports::AsReference;
     if job.preprocess {
@@ -244,7 +245,7 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
     };
     let output = output.map_err(|e| e.to_string())?;
     let path = output.path().to_path_buf();
-    let text = oso::write(&program, &sources, job.read.limits.limits()).map_err(|list| {
+    let text = oso::write(&program, &sources, &job.read.limits).map_err(|list| {
         told(&list, &sources, job, console);
         String::new()
     })?;

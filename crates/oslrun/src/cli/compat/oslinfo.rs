@@ -2,11 +2,11 @@
 
 use super::options::{self, Item, ToolOption};
 use super::{Console, number};
-use crate::cli::args::limits::LimitArgs;
-use crate::cli::args::{Reach, ReadArgs};
-use crate::cli::info::{self, Metadatum, Parameter, Shader};
-use crate::cli::input;
+use crate::cli::options::limits::LimitArgs;
+use crate::cli::source::info::{self, Metadatum, Parameter, Shader};
 use osl::stages;
+use osl_job::request::{Reach, Reading};
+use osl_job::source::input;
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -68,7 +68,7 @@ fn read(name: &str, folders: &[PathBuf], limits: &LimitArgs) -> Result<Shader, S
     let files = [name.to_string(), format!("{name}.oso"), format!("{name}.osl")];
     let places = folders.iter().flat_map(|folder| files.iter().map(move |file| folder.join(file)));
     let path = places.into_iter().find(|p| p.is_file()).ok_or("there is no such file")?;
-    let args = ReadArgs { limits: limits.clone(), reach: Reach::Relative, ..ReadArgs::default() };
+    let args = Reading { limits: limits.limits().clone(), reach: Reach::Relative, ..Reading::default() };
     let input = input::read(&path, &args).map_err(|failure| failure.text)?;
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let error = checked.diagnostics.iter().find(|d| d.is_error()).map(|d| d.message.clone());

@@ -5,11 +5,13 @@ use super::folders::Folders;
 use super::group::GroupBuilder;
 use super::options::{self, Item, ToolOption};
 use super::settings::{self, Settings};
-use crate::cli::{input, output, session};
 use osl::stages;
 use osl_exec::{Services, Severity};
 use osl_image::{Samples, TextureCache, write_channels};
 use osl_ir::passes;
+use osl_job::file::output;
+use osl_job::picture::setup;
+use osl_job::source::input;
 use osl_lower::Requests;
 use osl_lower::group::text::Statement;
 use osl_scene::testrender::{self, GroupText, RayServices, Scene, World, scene};
@@ -161,7 +163,7 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     }
     let (world, sources) = world(scene, &job, console)?;
     let prepared = started.elapsed();
-    let pool = session::pool(job.threads).map_err(|why| format!("testrender: {why}"))?;
+    let pool = setup::pool(job.threads).map_err(|why| format!("testrender: {why}"))?;
     let options = world.1;
     let mut picture = testrender::Picture::default();
     for _ in 0..job.iterations {
@@ -273,7 +275,7 @@ fn compile(
 
 /// Prints the text and the messages of shaders.
 fn said(picture: &testrender::Picture, sources: &SourceMap, console: &mut Console<'_>) -> Result<(), String> {
-    output::printed(&picture.notes.printed, output::Appends::Anywhere, console.out)
+    output::printed(&picture.notes.printed, output::Appends::Anywhere, console)
         .map_err(|failure| format!("ERROR: {}", failure.text))?;
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut seen = HashSet::new();

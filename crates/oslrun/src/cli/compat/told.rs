@@ -3,13 +3,12 @@
 //! one is written.
 //!
 //! A message that equals one of the last messages of its kind is not repeated. In the tools, the number of
-//! warnings per thread is limited; here, the whole run counts as one thread. This module must not know how
-//! points are run.
+//! warnings per thread is limited; here, the whole run counts as one thread.
 
 use super::Console;
 use super::settings::Settings;
-use crate::cli::output;
 use osl_exec::{Event, Message, Program, Severity};
+use osl_job::file::output;
 use osl_syntax::source::SourceMap;
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
@@ -63,7 +62,7 @@ impl<'a> Teller<'a> {
         for event in events {
             match event {
                 Event::Printed(printed) => {
-                    output::printed(std::slice::from_ref(printed), output::Appends::Below, console.out)
+                    output::printed(std::slice::from_ref(printed), output::Appends::Below, console)
                         .map_err(|failure| format!("ERROR: {}", failure.text))?;
                     self.waiting |= printed.file.is_none();
                 }

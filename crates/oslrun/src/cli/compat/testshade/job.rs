@@ -2,7 +2,7 @@
 
 use super::super::options::Item;
 use super::super::settings::{self, Settings};
-use crate::cli::args;
+use crate::cli::options::reading::version;
 use osl_exec::Datum;
 use osl_image::Samples;
 use osl_ir::global::Global;
@@ -178,7 +178,7 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
         }
         "colorspace" => job.settings.color_space = text(0).to_string(),
         "osl-version" => {
-            job.version = args::version(text(0)).map_err(|why| format!("testshade: {why}"))?;
+            job.version = version(text(0)).map_err(|why| format!("testshade: {why}"))?;
         }
         "userdata_isconnected" => job.settings.userdata_isconnected = true,
         "debugnan" => job.settings.debug_nan = true,

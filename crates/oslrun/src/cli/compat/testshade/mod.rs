@@ -8,11 +8,11 @@ mod show;
 use super::Console;
 use super::options::{self, ToolOption};
 use super::told::Teller;
-use crate::cli::session;
 use job::{Job, Order};
 use osl::stages;
 use osl_exec::{Frame, Keeping, PointSource, Program, Run, RunError, RunOptions, Services};
 use osl_ir::passes;
+use osl_job::picture::setup::pool;
 use osl_lower::group::Group;
 use osl_lower::group::text::Statement;
 use osl_lower::params;
@@ -230,7 +230,7 @@ fn run(
 
 /// A pool of `n` threads.
 fn threads(n: usize) -> Result<rayon::ThreadPool, String> {
-    session::pool(n).map_err(|why| format!("testshade: {why}"))
+    pool(n).map_err(|why| format!("testshade: {why}"))
 }
 
 /// Compiles the group, and reports calls of closures that are invalid in the tool.

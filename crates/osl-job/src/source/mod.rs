@@ -1,0 +1,9 @@
+//! From files to a lowered shader: reads, checks and lowers shaders and groups.
+
+pub mod diff;
+pub mod input;
+pub mod levels;
+pub mod load;
+pub mod nodes;
+pub mod reads;
+pub mod repair;

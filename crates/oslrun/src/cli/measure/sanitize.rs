@@ -1,0 +1,180 @@
+//! `oslrun sanitize FILE`: counts numeric events by source line.
+
+use super::Clock;
+use crate::cli::options::points::{DataArgs, GridArgs, OnArgs, SceneArgs};
+use crate::cli::options::reading::FormatArgs;
+use crate::cli::options::running::ThreadArgs;
+use crate::cli::options::shader::{NetworkArgs, OutputsArgs, ShaderArgs, WriteArgs};
+use crate::cli::print::Console;
+use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use osl_exec::{PointSource, Services};
+use osl_ir::passes;
+use osl_job::file::map;
+use osl_job::picture::setup::{self, grid, services};
+use osl_job::picture::{data, sight};
+use osl_job::request::values::{image_path, seconds};
+use osl_job::request::{Points, Running};
+use osl_job::source::load::{self, LoadedShader, Request};
+use osl_job::{Failure, Image, Sink};
+use osl_measure::sanitize::{self, Kind, Points as Places, Subject};
+use osl_scene::WithData;
+use std::path::PathBuf;
+
+/// The default number of points: fewer than in a picture, since following a point takes longer than running
+/// it.
+const POINTS: &str = "64x64";
+
+/// What to examine.
+#[derive(Debug, Args)]
+#[command(mut_arg("grid", |arg| arg.default_value(POINTS)))]
+pub(in crate::cli) struct SanitizeArgs {
+    /// Maximum time in seconds. If it is not enough, the report says how many points were not examined.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    budget: f64,
+    /// End with exit code 1 if one of these events happens: int-overflow, int-conversion, zero-division,
+    /// domain, edges, index, nan, infinity, cancellation, denormal; or any.
+    #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
+    fail_on: Vec<FailOn>,
+    /// Also follow up to 1024 of the points three times with random rounding, and say in how many digits the
+    /// results agree and where digits fall apart: a second opinion that needs no double precision.
+    #[arg(long)]
+    random_rounding: bool,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Image of the points at which something happened: white in PNG and JPEG, 1 in TIFF; EXR has a channel
+    /// for each kind of event.
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
+    map: Option<PathBuf>,
+    /// The shader.
+    #[command(flatten)]
+    shader: ShaderArgs,
+    /// A group of shaders.
+    #[command(flatten)]
+    network: NetworkArgs,
+    /// The outputs.
+    #[command(flatten)]
+    outputs: OutputsArgs,
+    /// The file of a repaired source.
+    #[command(flatten)]
+    write: WriteArgs,
+    /// The points.
+    #[command(flatten)]
+    grid: GridArgs,
+    /// A surface to examine instead of the grid.
+    #[command(flatten)]
+    on: OnArgs,
+    /// Spaces, rays and textures.
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The data of the points.
+    #[command(flatten)]
+    data: DataArgs,
+    /// The threads.
+    #[command(flatten)]
+    threads: ThreadArgs,
+    /// How messages are printed.
+    #[command(flatten)]
+    format: FormatArgs,
+}
+
+impl SanitizeArgs {
+    fn image(&self) -> Image {
+        let mut shader = self.shader.shader(Some(&self.network));
+        shader.outputs = self.outputs.names();
+        shader.write = self.write.path();
+        Image {
+            shader,
+            points: Points { surface: self.on.surface(), ..self.grid.points() },
+            provided: self.scene.provided(Some(&self.data)),
+            running: Running { threads: self.threads.count(), ..Running::default() },
+            ..Image::default()
+        }
+    }
+}
+
+/// An event that fails the command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FailOn {
+    Any,
+    One(Kind),
+}
+
+fn kind(text: &str) -> Result<FailOn, String> {
+    if text == "any" {
+        return Ok(FailOn::Any);
+    }
+    Kind::from_name(text).map(FailOn::One).ok_or_else(|| {
+        let names: Vec<&str> = Kind::ALL.into_iter().map(Kind::name).collect();
+        format!("the kinds are any, {}", names.join(", "))
+    })
+}
+
+/// The points, the pixel of each if they are those of a surface, and the services.
+type Ground = (Box<dyn PointSource>, Option<Vec<u32>>, Services);
+
+fn ground(image: &Image, loaded: &LoadedShader, sink: &dyn Sink) -> Result<Ground, Failure> {
+    if image.points.surface.on.is_some() {
+        let (points, pixels, services) = sight::points(image, loaded, sink)?;
+        return Ok((Box::new(points), Some(pixels), services));
+    }
+    let services = services(image, loaded.folder.clone(), setup::grid_spaces(image));
+    Ok((Box::new(WithData { data: data::read(image)?, points: grid(image) }), None, services))
+}
+
+/// Examines a shader.
+pub(in crate::cli) fn sanitize(args: &SanitizeArgs, console: &mut Console<'_>) -> Result<(), Failure> {
+    let image = args.image();
+    let (width, height) = image.points.grid;
+    let clock = Clock::new(args.budget);
+    let loaded = load::load(&Request::of(&image), console)?;
+    let outputs = loaded.outputs(&image);
+    let (points, pixels, services) = ground(&image, &loaded, console)?;
+    let LoadedShader { sources, body, name, .. } = loaded;
+    let options = passes::Options {
+        outputs,
+        varying: points.varying().to_vec(),
+        derivs: points.varying_derivs().to_vec(),
+        limits: setup::options(&image).limits.until(&clock.cancel),
+        ..passes::Options::default()
+    };
+    let subject = Subject::new(body, &options);
+    let places = Places { source: &*points, size: (width, height), pixels: pixels.as_deref() };
+    let examine = || {
+        let mut examined = sanitize::sanitize(&subject, &services, &places, &sources, &name);
+        if args.random_rounding {
+            let found = sanitize::rounding(&subject, &services, &places, &sources);
+            examined.report.rounding = Some(found);
+        }
+        examined
+    };
+    let examined = setup::on_threads(image.running.threads, examine)?;
+    let report = &examined.report;
+    if args.json {
+        console.object(report)?;
+    } else {
+        console.escaped(&sanitize::text::text(report));
+    }
+    if let (Some(file), Some(event), false) = (&image.shader.file, report.events.first(), args.json) {
+        let [x, y] = event.first;
+        let file = file.display();
+        let on = image.points.surface.on.as_ref().map_or_else(String::new, |name| format!(" --on {name}"));
+        console.escaped(&format!(
+            "\n`oslrun explain {file}{on} -g {width}x{height} --at {x},{y}` shows what such a pixel does\n"
+        ));
+    }
+    if let Some(path) = &args.map {
+        let layer = |kind: Kind| {
+            let at = |bits: &u16| f32::from(bits & kind.bit() != 0);
+            (kind.name(), examined.happened.iter().map(at).collect::<Vec<f32>>())
+        };
+        map::write(path, (width, height), &Kind::ALL.map(layer), 1.0)?;
+        console.text(&format!("wrote {}", path.display()));
+    }
+    let fails = |kind: Kind| args.fail_on.iter().any(|w| [FailOn::Any, FailOn::One(kind)].contains(w));
+    match report.events.iter().any(|event| fails(event.kind)) {
+        true => Err(Failure::said()),
+        false => Ok(()),
+    }
+}

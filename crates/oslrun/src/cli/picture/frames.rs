@@ -1,0 +1,104 @@
+//! `--frames A-B`: a run for each frame of a film, with the time and the name of the picture from its number.
+
+use super::run::{self, Way};
+use crate::cli::options::heading;
+use crate::cli::print::Console;
+use clap::Args;
+use osl_job::source::reads::Reads;
+use osl_job::{Failure, Image, Sink};
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+/// Frames per second, unless the command line says otherwise.
+const FPS: f64 = 24.0;
+
+/// The frames to make.
+#[derive(Clone, Debug, Default, Args)]
+pub(in crate::cli) struct FrameArgs {
+    /// Make a picture for each of these frames. The time is the number of the frame divided by --fps. `####`
+    /// in the name after -o becomes the number with at least four digits: out.0007.png.
+    #[arg(long, value_name = "A-B", value_parser = frames, conflicts_with = "time", help_heading = heading::VALUES)]
+    frames: Option<RangeInclusive<u32>>,
+    /// Frames per second (default: 24).
+    #[arg(long, value_name = "N", value_parser = fps, requires = "frames", help_heading = heading::VALUES)]
+    fps: Option<f64>,
+}
+
+fn frames(text: &str) -> Result<RangeInclusive<u32>, String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (first.trim().parse::<u32>(), last.trim().parse::<u32>()) {
+        (Ok(first), Ok(last)) if first <= last => Ok(first..=last),
+        (Ok(_), Ok(_)) => Err("the last frame comes before the first".to_string()),
+        _ => Err(format!("frames are FIRST-LAST, such as 1-24, not `{text}`")),
+    }
+}
+
+fn fps(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|n: &f64| *n > 0.0 && n.is_finite());
+    number.ok_or_else(|| format!("a number of frames per second above 0, not `{text}`"))
+}
+
+/// Runs a shader, once or for each frame.
+pub(super) fn run(
+    image: &Image,
+    way: &Way,
+    mut reads: Option<&mut Reads>,
+    console: &mut Console<'_>,
+) -> Result<(), Failure> {
+    let wanted = &way.frames;
+    let Some(frames) = wanted.frames.clone() else { return run::once(image, way, reads, console) };
+    if way.json {
+        return Err(Failure::usage("--json is for a run without --frames"));
+    }
+    if image.provided.globals.has_time() {
+        return Err(Failure::usage("--frames sets the time, so --global time=T has no effect"));
+    }
+    let Some(path) = image.output.path.as_deref().filter(|path| numbered(path, 0).is_some()) else {
+        return Err(Failure::usage("--frames needs a picture with a place for the number: -o out.####.png"));
+    };
+    // All frames have the same limits, and share the time of the command.
+    let mut missed = Ok(());
+    for frame in frames {
+        let mut image = image.clone();
+        image.provided.globals.time = Some((f64::from(frame) / wanted.fps.unwrap_or(FPS)) as f32);
+        image.output.path = numbered(path, frame);
+        match run::once(&image, way, reads.as_deref_mut(), console) {
+            Err(failure) if failure.wrote => missed = Err(failure),
+            result => result?,
+        }
+        console.settle()?;
+    }
+    missed
+}
+
+/// The path with the number of a frame in place of the first row of `#` in the file's name.
+fn numbered(path: &Path, frame: u32) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let start = name.find('#')?;
+    let (before, rest) = name.split_at(start);
+    let after = rest.trim_start_matches('#');
+    let digits = rest.len() - after.len();
+    Some(path.with_file_name(format!("{before}{frame:0digits$}{after}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_hold_the_number() {
+        let name =
+            |path: &str, frame| numbered(Path::new(path), frame).map(|path| path.display().to_string());
+        assert_eq!(name("a/out.####.png", 7).as_deref(), Some("a/out.0007.png"));
+        assert_eq!(name("#.exr", 123).as_deref(), Some("123.exr"));
+        assert_eq!(name("a##b#.exr", 5).as_deref(), Some("a05b#.exr"));
+        assert_eq!(name("a#b/out.png", 5), None);
+    }
+
+    #[test]
+    fn frames_are_a_range() {
+        assert_eq!(frames("1-24"), Ok(1..=24));
+        assert_eq!(frames("7"), Ok(7..=7));
+        assert!(frames("5-2").is_err() && frames("-3").is_err() && frames("a-b").is_err());
+    }
+}

@@ -1,0 +1,12 @@
+//! Commands that make pictures.
+
+pub(super) mod book;
+pub(super) mod compare;
+mod figures;
+mod frames;
+pub(super) mod render;
+pub(super) mod run;
+pub(super) mod studio;
+mod sweep;
+mod watch;
+mod words;

@@ -1,0 +1,344 @@
+//! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
+
+use super::words;
+use crate::cli::options::heading;
+use crate::cli::options::picture::ViewArgs;
+use crate::cli::options::reading::{FormatArgs, ReadArgs};
+use crate::cli::print::Console;
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{Args, ValueEnum};
+use osl::stages::{self, ShaderFiles};
+use osl_exec::Services;
+use osl_files::{FileError, Roots};
+use osl_hir::hir;
+use osl_image::TextureCache;
+use osl_job::file::light::Stored;
+use osl_job::picture::render_stats;
+use osl_job::picture::setup::{on_threads, stopped};
+use osl_job::report::messages::{Report, Tally};
+use osl_job::request::Reading;
+use osl_job::request::bounds::displayed_error;
+use osl_job::request::values::{Crop, STDOUT, assignment, crop, grid, picture_file, stops};
+use osl_job::source::input;
+use osl_job::source::load::Folders;
+use osl_job::{Event, Failure, Sink};
+use osl_limits::Limits;
+use osl_lower::group::text::Shaders;
+use osl_scene::render::{self, Picture, RenderOptions, World};
+use osl_scene::scene::{self, Messages, Networks, SceneFiles, Surroundings};
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::SourceMap;
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// What to render.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct RenderArgs {
+    /// The scene.
+    #[arg(value_name = "SCENE.ass")]
+    file: PathBuf,
+    /// Image to write: .exr holds the light and all layers, .png the light as displayed on a screen; - is the
+    /// standard output.
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture_file))]
+    output: PathBuf,
+    /// Format of the picture with `-o -`.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Pixels of the picture (default: the size in the scene).
+    #[arg(short, long, visible_alias = "size", value_name = "WxH", value_parser = grid)]
+    grid: Option<(usize, usize)>,
+    /// Render only these columns and rows, from X0 up to but not including X1, and Y0 up to Y1. The pixels
+    /// have the values that they have in the whole picture. An EXR file says where in the whole picture they
+    /// are.
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = crop, allow_hyphen_values = true)]
+    crop: Option<Crop>,
+    /// Value of a parameter of a shader node, in place of the one in the scene; may be repeated: mat.Bands=4.
+    #[arg(short, long = "param", value_name = "NODE.NAME=VALUE", value_parser = assignment)]
+    params: Vec<(String, String)>,
+    /// Paths per pixel (default: the number in the scene).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    samples: Option<u32>,
+    /// Stop when the standard error of a pixel, as displayed (0 to 1), is at most this: 0.02, or 2%.
+    #[arg(long, value_name = "E", value_parser = displayed_error, allow_hyphen_values = true)]
+    max_error: Option<f32>,
+    /// Seed of the random numbers; another seed gives different noise.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u32,
+    /// Threads (default: all cores); the picture does not depend on them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Folder to search for shaders, textures and included scenes, after the scene's own folder; may be
+    /// repeated.
+    #[arg(long, visible_aliases = ["shader-path", "texture-path"], value_name = "DIR")]
+    search_path: Vec<PathBuf>,
+    /// Let the scene and its shaders open any file, not only those below the working directory and the search
+    /// paths.
+    #[arg(long)]
+    allow_files: bool,
+    /// Insert missing brackets into shaders.
+    #[arg(long)]
+    repair: bool,
+    /// Remove noise by a filter that the layers of the picture guide.
+    #[arg(long)]
+    denoise: bool,
+    /// Multiply the light of a PNG by two to this power: 1 is twice as bright.
+    #[arg(long, value_name = "STOPS", value_parser = stops, allow_hyphen_values = true, help_heading = heading::PREVIEW)]
+    exposure: Option<f32>,
+    /// The curve of the picture.
+    #[command(flatten)]
+    view: ViewArgs,
+    /// Write 16-bit floats (EXR).
+    #[arg(long)]
+    half: bool,
+    /// Do not write the command line into EXR files.
+    #[arg(long)]
+    no_command: bool,
+    /// Print times, rays per second, and the mean error.
+    #[arg(long)]
+    stats: bool,
+    /// With `errors`: fail the run, and write no image, if a shader reports an error while it runs.
+    #[arg(long, value_name = "errors", value_parser = ["errors"])]
+    deny: Option<String>,
+    /// The options for reading shaders.
+    #[command(flatten)]
+    read: ReadArgs,
+    /// How messages are printed.
+    #[command(flatten)]
+    format_args: FormatArgs,
+}
+
+/// Formats of a picture on the standard output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum Format {
+    /// The light as displayed on a screen.
+    #[default]
+    Png,
+    /// The light and all layers.
+    Exr,
+}
+
+/// Renders a scene.
+pub(in crate::cli) fn render(
+    args: &RenderArgs,
+    line: &[OsString],
+    console: &mut Console<'_>,
+) -> Result<(), Failure> {
+    let command = words::text(line, Some(&args.file));
+    let reading = args.read.reading();
+    let started = Instant::now();
+    let ending = args.file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    if matches!(ending.as_str(), "osl" | "oso" | "oslgroup" | "group") {
+        return Err(Failure::new(format!(
+            "{0} is a shader, not a scene: `oslrun {0} -o FILE` shades a square of it, `--on sphere` a sphere, `--preview` a sphere with light; a \
+             scene (.ass) names the shaders of its materials",
+            args.file.display()
+        )));
+    }
+    let mut library = Library::new(args, &reading);
+    let (world, samples) = world(args, &mut library, console)?;
+    let prepared = started.elapsed();
+    let [width, height] = world.view.resolution();
+    if let Some(crop) = &args.crop {
+        crop.check((width, height)).map_err(Failure::usage)?;
+    }
+    let mut picture = picture(args, &world, samples, (&library.sources, console))?;
+    if args.denoise {
+        on_threads(args.threads, || render::denoise(&mut picture))?;
+    }
+    if let Some(crop) = &args.crop {
+        picture.crop(crop.columns.clone(), crop.rows.clone());
+    }
+    let rendered = started.elapsed() - prepared;
+    let shading = said(&picture, &library.sources, args, console);
+    shading.judge(args.deny.is_some())?;
+    let piped = args.output.as_os_str() == STDOUT;
+    let named = match (piped, args.format) {
+        (true, Format::Exr) => Path::new("picture.exr"),
+        (true, Format::Png) => Path::new("picture.png"),
+        (false, _) => &args.output,
+    };
+    let stored = Stored {
+        curve: args.view.curve().unwrap_or_default(),
+        exposure: args.exposure.unwrap_or(0.0),
+        half: args.half,
+        part: args.crop.as_ref().and_then(|crop| crop.part((width, height))),
+        command: command.as_deref(),
+        ..Stored::default()
+    };
+    let file = stored.file(&picture, named, (!piped).then_some(&*args.output))?;
+    if args.stats {
+        console.text(&render_stats(&picture, &world, [prepared, rendered]));
+    }
+    if piped {
+        let _ = console.out.write_all(&file.into_bytes());
+        let mut told = Vec::new();
+        shading.wrote(&[], &mut told);
+        console.again(&told);
+        return Ok(());
+    }
+    file.save().map_err(Failure::new)?;
+    shading.wrote(std::slice::from_ref(&args.output), console.out);
+    Ok(())
+}
+
+/// Reads a scene and builds its world; returns the world and the number of samples.
+fn world(args: &RenderArgs, library: &mut Library<'_>, sink: &mut dyn Sink) -> Result<(World, u32), Failure> {
+    let limits = &library.reading.limits;
+    let text = input::read_text(&args.file, limits)
+        .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
+    let files = Includes::new(args, limits);
+    let mut messages = Messages::within(limits);
+    let name = args.file.display().to_string();
+    let description = scene::read(&name, &text, &files, &mut messages);
+    // All materials share the texture cache.
+    let textures = textures(args, limits);
+    let services =
+        || Services { ray: "camera".to_string(), textures: textures.clone(), ..Services::default() };
+    let around = Surroundings { size: args.grid.map(|(w, h)| [w, h]), services: &services };
+    let world = (!messages.failed()).then(|| {
+        let mut networks = Networks::new(&description, library, &mut messages);
+        networks.give(&args.params, &mut messages);
+        scene::build(&description, &mut networks, &around, &mut messages)
+    });
+    // Errors in a shader are reported; the scene is rendered without that shader.
+    let (list, sources) = (&library.diagnostics, &library.sources);
+    sink.event(Event::Diagnostics { list, sources, asked: None });
+    messages.list().iter().for_each(|message| sink.event(Event::Scene(message)));
+    let world = world.flatten().ok_or_else(Failure::said)?;
+    Ok((world, description.settings.samples))
+}
+
+/// The textures of a scene: in its folder, or in a search path.
+fn textures(args: &RenderArgs, limits: &Limits) -> TextureCache {
+    let mut folders = vec![args.file.parent().map(Path::to_path_buf).unwrap_or_default()];
+    folders.extend(args.search_path.iter().cloned());
+    TextureCache::within(folders, limits).allow_files(args.allow_files)
+}
+
+fn picture(
+    args: &RenderArgs,
+    world: &World,
+    samples: u32,
+    (sources, sink): (&SourceMap, &dyn Sink),
+) -> Result<Picture, Failure> {
+    let options = RenderOptions {
+        samples: args.samples.unwrap_or(samples),
+        max_error: args.max_error,
+        seed: args.seed,
+        crop: args.crop.as_ref().map(|crop| crop.with_border(if args.denoise { render::REACH } else { 0 })),
+        ..RenderOptions::default()
+    };
+    let meter = sink.meters()(1000, "");
+    let tick = |done: f32| meter.at((done * 1000.0) as u64);
+    let work = || render::render(world, &options, &tick);
+    let result = on_threads(args.threads, work)?;
+    result.map_err(|stop| stopped(&stop, sources))
+}
+
+/// Prints the messages of shaders.
+fn said(picture: &Picture, sources: &SourceMap, args: &RenderArgs, sink: &mut dyn Sink) -> Tally {
+    let report = Report {
+        sources,
+        points: (0, "hits"),
+        width: Some(picture.width),
+        textures: &textures(args, &Limits::default()),
+        path_option: "--search-path",
+        texts: &[],
+    };
+    let tally = report.send(&picture.messages, sink);
+    for name in &picture.unknown {
+        sink.warn(&format!("closure `{name}` is not rendered"));
+    }
+    tally
+}
+
+/// Finds included scenes: in the folder of the including scene, or in a search path.
+struct Includes<'a> {
+    folders: &'a [PathBuf],
+    roots: Roots,
+    limits: &'a Limits,
+}
+
+impl<'a> Includes<'a> {
+    fn new(args: &'a RenderArgs, limits: &'a Limits) -> Includes<'a> {
+        let main = args.file.parent().unwrap_or(Path::new(""));
+        let folders = args.search_path.iter().map(PathBuf::as_path);
+        let roots = Roots::new([main, Path::new("")].into_iter().chain(folders));
+        let roots = roots.or_anywhere(args.allow_files);
+        Includes { folders: &args.search_path, roots, limits }
+    }
+}
+
+impl SceneFiles for Includes<'_> {
+    fn include(&self, name: &str, from: &str) -> Result<(String, String), String> {
+        let beside = Path::new(from).parent().map(Path::to_path_buf).unwrap_or_default();
+        let folders = std::iter::once(beside).chain(self.folders.iter().cloned());
+        let found =
+            self.roots.first(folders.map(|folder| folder.join(name))).map_err(|error| match error {
+                FileError::Outside => {
+                    "it lies outside of the search paths; --allow-files lets it".to_string()
+                }
+                error => error.to_string(),
+            })?;
+        let name = found.path().display().to_string();
+        Ok((name, found.text(self.limits.reading.file_bytes).map_err(|error| error.to_string())?))
+    }
+}
+
+/// The shaders of a scene: each file is read once, and has a part of the source map for each layer.
+struct Library<'a> {
+    reading: &'a Reading,
+    files: Folders<'a>,
+    options: osl_syntax::Options,
+    sources: SourceMap,
+    known: HashMap<String, Result<LayerSource, String>>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+struct LayerSource {
+    program: Arc<hir::Program>,
+    sources: SourceMap,
+}
+
+impl<'a> Library<'a> {
+    fn new(args: &'a RenderArgs, reading: &'a Reading) -> Library<'a> {
+        let folder = args.file.parent().map(Path::to_path_buf).unwrap_or_default();
+        Library {
+            reading,
+            files: Folders::of(&folder, &args.search_path, args.allow_files, args.repair, reading),
+            options: input::options(reading),
+            sources: SourceMap::default(),
+            known: HashMap::new(),
+            diagnostics: Vec::new(),
+        }
+    }
+
+    fn read(&mut self, name: &str) -> Result<LayerSource, String> {
+        let (file, text) = self.files.find(name)?;
+        let checked = stages::check(&file, &text, self.files.includes(), &self.options);
+        let base = self.sources.append(&checked.sources).ok_or("the sources have more than 4 GiB")?;
+        self.diagnostics.extend(checked.diagnostics.into_iter().map(|d| stages::moved(d, base)));
+        let program = checked.program.ok_or_else(|| format!("{file} has errors"))?;
+        Ok(LayerSource { program: Arc::new(program), sources: checked.sources })
+    }
+}
+
+impl Shaders for Library<'_> {
+    fn load(&mut self, name: &str) -> Result<(Arc<hir::Program>, u32), String> {
+        if !self.known.contains_key(name) {
+            let known = self.read(name);
+            self.known.insert(name.to_string(), known);
+        }
+        match self.known.get(name) {
+            Some(Ok(known)) => {
+                let base = self.sources.append(&known.sources).ok_or("the sources have more than 4 GiB")?;
+                Ok((known.program.clone(), base))
+            }
+            Some(Err(why)) => Err(why.clone()),
+            None => Err(String::new()),
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! `oslrun info FILE`: describes a shader, as text or JSON.
+
+use crate::cli::options::reading::{FormatArgs, ReadArgs};
+use crate::cli::print::Console;
+use clap::Args;
+use osl::stages;
+use osl_hir::hir::Program;
+use osl_hir::oso;
+use osl_job::Failure;
+use osl_job::request::Reading;
+use osl_job::source::{input, nodes};
+use osl_syntax::ast::ShaderKind;
+use serde::Serialize;
+use serde_json::{Number, Value};
+use std::path::PathBuf;
+
+/// Which shader to show.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct InfoArgs {
+    /// The shader file, a source or compiled; or the name of a built-in node, such as remap.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Check whether the run times of renderers run the compiled shader: the file itself, or what a source
+    /// compiles to. Prints each violation with its line and operation. Exit code 1 if there is any.
+    #[arg(long)]
+    check_oso: bool,
+    /// The options for reading the file.
+    #[command(flatten)]
+    read: ReadArgs,
+    /// How messages are printed.
+    #[command(flatten)]
+    format: FormatArgs,
+}
+
+/// Shows the shader of a file.
+pub(in crate::cli) fn info(args: &InfoArgs, console: &mut Console<'_>) -> Result<(), Failure> {
+    let reading = args.read.reading();
+    let built_in = args.file.to_str().filter(|_| !args.file.exists()).and_then(nodes::find);
+    let input = match built_in {
+        Some(text) => {
+            let name = format!("{}.osl (built in)", args.file.display());
+            input::input(name, text.to_string(), PathBuf::new(), &reading)
+        }
+        None => input::read(&args.file, &reading)?,
+    };
+    if args.check_oso && stages::is_compiled(&input.name) {
+        return check_oso(&input.name, &input.text, (args, &reading), console);
+    }
+    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
+    let errors: Vec<_> = checked.diagnostics.iter().filter(|d| d.is_error()).cloned().collect();
+    console.diagnostics(&errors, &checked.sources)?;
+    let program = checked.program.ok_or_else(Failure::said)?;
+    if args.check_oso {
+        let text = match oso::write(&program, &checked.sources, &reading.limits) {
+            Ok(text) => text,
+            Err(list) => {
+                console.diagnostics(&list, &checked.sources)?;
+                return Err(Failure::said());
+            }
+        };
+        return check_oso(&format!("{}.oso", program.shader.name), &text, (args, &reading), console);
+    }
+    let shader = describe(&program);
+    if args.json {
+        return console.object(&shader);
+    }
+    console.report(&shader.text());
+    Ok(())
+}
+
+/// A violation in the JSON output.
+#[derive(Serialize)]
+struct Violation<'a> {
+    file: &'a str,
+    line: u32,
+    operation: String,
+    rule: &'static str,
+    message: String,
+}
+
+/// Checks the text of a compiled shader.
+fn check_oso(
+    name: &str,
+    text: &str,
+    (args, reading): (&InfoArgs, &Reading),
+    console: &mut Console<'_>,
+) -> Result<(), Failure> {
+    let violation = |found: oso::Violation| Violation {
+        file: name,
+        line: found.line,
+        operation: found.subject,
+        rule: found.rule.name(),
+        message: found.message,
+    };
+    let list: Vec<_> = oso::check(text, &reading.limits).into_iter().map(violation).collect();
+    if args.json {
+        console.object(&list)?;
+    } else if list.is_empty() {
+        console.report(&format!("{name}: no violations\n"));
+    }
+    for Violation { line, operation, rule, message, .. } in list.iter().filter(|_| !args.json) {
+        console.report(&format!("{name}:{line}: {rule}: `{operation}`: {message}\n"));
+    }
+    if list.is_empty() { Ok(()) } else { Err(Failure::said()) }
+}
+
+#[derive(Serialize)]
+pub(in crate::cli) struct Shader {
+    pub(in crate::cli) kind: &'static str,
+    pub(in crate::cli) name: String,
+    pub(in crate::cli) metadata: Vec<Metadatum>,
+    pub(in crate::cli) parameters: Vec<Parameter>,
+}
+
+#[derive(Serialize)]
+pub(in crate::cli) struct Parameter {
+    pub(in crate::cli) name: String,
+    #[serde(rename = "type")]
+    pub(in crate::cli) ty: String,
+    pub(in crate::cli) output: bool,
+    /// `null` if code computes it.
+    pub(in crate::cli) default: Value,
+    pub(in crate::cli) metadata: Vec<Metadatum>,
+}
+
+#[derive(Serialize)]
+pub(in crate::cli) struct Metadatum {
+    pub(in crate::cli) name: String,
+    #[serde(rename = "type")]
+    pub(in crate::cli) ty: String,
+    pub(in crate::cli) value: Value,
+}
+
+/// The description of a shader.
+pub(in crate::cli) fn describe(program: &Program) -> Shader {
+    let shader = &program.shader;
+    Shader {
+        kind: match shader.kind {
+            ShaderKind::Generic => "shader",
+            ShaderKind::Surface => "surface",
+            ShaderKind::Displacement => "displacement",
+            ShaderKind::Volume => "volume",
+        },
+        name: shader.name.to_string(),
+        metadata: metadata(stages::metadata(program)),
+        parameters: stages::params(program).into_iter().map(parameter).collect(),
+    }
+}
+
+fn parameter(param: osl::Param) -> Parameter {
+    Parameter {
+        ty: param.ty.to_string(),
+        name: param.name,
+        output: param.output,
+        default: param.default.as_ref().map_or(Value::Null, json),
+        metadata: metadata(param.metadata),
+    }
+}
+
+fn metadata(list: Vec<osl::Metadata>) -> Vec<Metadatum> {
+    let datum = |datum: osl::Metadata| Metadatum {
+        name: datum.name,
+        ty: datum.ty,
+        value: datum.value.as_ref().map_or(Value::Null, json),
+    };
+    list.into_iter().map(datum).collect()
+}
+
+fn json(value: &osl::Value) -> Value {
+    use osl::Value as V;
+    let floats = |list: &[f32]| Value::Array(list.iter().map(|x| float(*x)).collect());
+    match value {
+        V::Int(n) => Value::from(*n),
+        V::Float(x) => float(*x),
+        V::Triple(x) => floats(x),
+        V::Matrix(x) => floats(x),
+        V::String(s) => Value::from(s.as_str()),
+        V::Ints(list) => Value::from(list.as_slice()),
+        V::Floats(list) => floats(list),
+        V::Triples(list) => list.iter().map(|x| floats(x)).collect(),
+        V::Matrices(list) => list.iter().map(|x| floats(x)).collect(),
+        V::Strings(list) => Value::from(list.as_slice()),
+        V::Struct(fields) => fields.iter().map(|(name, value)| (name.clone(), json(value))).collect(),
+        V::List(list) => list.iter().map(json).collect(),
+        V::NullClosure => Value::from(0),
+        _ => Value::Null,
+    }
+}
+
+/// The shortest decimal number that denotes this float. JSON has no infinities and NaN, so these become text.
+fn float(x: f32) -> Value {
+    let short = x.to_string().parse().ok().and_then(Number::from_f64);
+    short.map_or_else(|| Value::from(x.to_string()), Value::Number)
+}
+
+impl Shader {
+    /// One line for the shader and one for each parameter, with metadata below.
+    fn text(&self) -> String {
+        let mut out = format!("{} {}\n", self.kind, self.name);
+        lines(&self.metadata, "    ", &mut out);
+        for p in &self.parameters {
+            let output = if p.output { "output " } else { "" };
+            let default = match &p.default {
+                Value::Null => "(computed)".to_string(),
+                value => value.to_string(),
+            };
+            out += &format!("    {output}{} {} = {default}\n", p.ty, p.name);
+            lines(&p.metadata, "        ", &mut out);
+        }
+        out
+    }
+}
+
+fn lines(list: &[Metadatum], indent: &str, out: &mut String) {
+    for m in list {
+        *out += &format!("{indent}[[ {} {} = {} ]]\n", m.ty, m.name, m.value);
+    }
+}

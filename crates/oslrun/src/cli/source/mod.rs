@@ -1,0 +1,9 @@
+//! Commands about sources: what is wrong with them, how they look, and what they compile to.
+
+pub(super) mod check;
+pub(super) mod compile;
+mod fix;
+pub(super) mod fmt;
+pub(super) mod group_text;
+pub(super) mod info;
+pub(super) mod ir;
