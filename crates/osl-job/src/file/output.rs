@@ -115,10 +115,13 @@ pub fn printed(list: &[Printed], appends: Appends, sink: &mut dyn Sink) -> Resul
 
 /// The planes of one output, with their values as floats.
 pub struct Group<'a> {
+    /// The plane of its first component.
     pub first: &'a Plane,
+    /// The values of each component.
     pub values: Vec<Cow<'a, [f32]>>,
 }
 
+/// Planes by output, in their order.
 pub fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
     for plane in planes {
@@ -440,6 +443,7 @@ const OUTPUT: &str = "{output}";
 pub struct ImageSet<'a> {
     path: &'a Path,
     several: bool,
+    /// The files, under temporary names.
     pub files: Vec<Unsaved>,
 }
 

@@ -14,7 +14,7 @@ use osl_syntax::spelling::closest;
 
 /// The outputs that the command line names.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Asked<'a> {
+pub(super) struct Asked<'a> {
     pub base: Option<&'a str>,
     pub bump: Option<&'a Gained>,
     pub normal: Option<&'a str>,
@@ -24,7 +24,7 @@ pub struct Asked<'a> {
 
 /// The outputs for each role.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Roles {
+pub(super) struct Roles {
     /// Whether the shader's own closure is shown. Then only a displacement has a role.
     pub closure: bool,
     pub base: Option<String>,
@@ -39,7 +39,7 @@ const HEIGHTS: [&str; 4] = ["bump", "height", "displacement", "disp"];
 
 impl Roles {
     /// The roles of the outputs of a shader. `body` has those that it makes without declaring them.
-    pub fn of(program: &hir::Program, body: &Body, asked: Asked<'_>) -> Result<Roles, Failure> {
+    pub(super) fn of(program: &hir::Program, body: &Body, asked: Asked<'_>) -> Result<Roles, Failure> {
         let makes = |name: &str| body.outputs.iter().any(|output| &*output.name == name);
         let (closure, moves) = (makes("Ci"), program.shader.kind == ShaderKind::Displacement && makes("P"));
         let outputs = Outputs::of(program);
@@ -112,7 +112,7 @@ impl Roles {
     }
 
     /// Which outputs play which role, in words.
-    pub fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         let gained = |output: &Gained| match output.gain {
             1.0 => format!("`{}`", output.name),
             gain => format!("`{}` times {gain}", output.name),

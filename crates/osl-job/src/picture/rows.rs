@@ -32,8 +32,11 @@ pub trait Rows {
 
 /// A run with one point per pixel.
 pub struct Points<'a, 'b> {
+    /// The run.
     pub run: &'a Run<'b>,
+    /// Pixels of a row.
     pub width: usize,
+    /// Gets the number of points that are done.
     pub progress: &'a (dyn Fn(usize) + Sync),
 }
 

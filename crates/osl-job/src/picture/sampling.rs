@@ -86,6 +86,7 @@ impl Sampling {
 }
 
 impl Plan {
+    /// The filter of the pixels.
     pub fn filter(self) -> Filter {
         match self {
             Plan::Plain | Plan::Rate(_) => Filter::default(),

@@ -12,7 +12,7 @@ use osl_scene::view::Seen;
 const SURE: f32 = 2.0;
 
 /// The picture of a surface with samples.
-pub fn picture(
+pub(super) fn picture(
     job: &mut Job<'_>,
     (displacement, program): Programs<'_>,
     plan: Plan,

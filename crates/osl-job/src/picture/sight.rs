@@ -54,6 +54,7 @@ pub fn points(
 
 /// What to shade, and the surface.
 pub struct Job<'a> {
+    /// The picture.
     pub image: &'a Image,
     loaded: &'a LoadedShader,
     data: Data,
@@ -71,6 +72,7 @@ pub struct Job<'a> {
     meters: Meters,
     /// The messages of the displacement, and the number of vertices that have them.
     pub displaced: Vec<Said>,
+    /// The number of vertices that have these messages.
     pub vertices: usize,
 }
 
@@ -155,6 +157,7 @@ impl<'a> Job<'a> {
         self.by.as_ref().map(|output| self.compile(&[output.name.as_str().into()])).transpose()
     }
 
+    /// The program of some outputs.
     pub fn compile(&self, outputs: &[Arc<str>]) -> Result<Compiled, Failure> {
         let body: &Body = &self.loaded.body;
         if let Some(unknown) = outputs.iter().find(|o| !body.outputs.iter().any(|known| known.name == **o)) {

@@ -21,7 +21,7 @@ fn oracle(samples: u32) -> u32 {
 }
 
 /// An image that is computed within a time, as a whole before its first piece is handed out.
-pub struct InTime<'a, 'b> {
+pub(super) struct InTime<'a, 'b> {
     shading: &'a Shading<'b>,
     time: Duration,
     /// Seconds since the command began.
@@ -42,7 +42,7 @@ struct Done {
 }
 
 impl<'a, 'b> InTime<'a, 'b> {
-    pub fn new(
+    pub(super) fn new(
         shading: &'a Shading<'b>,
         time: Duration,
         clock: &'a (dyn Fn() -> f64 + Sync),
@@ -77,7 +77,7 @@ impl<'a, 'b> InTime<'a, 'b> {
     }
 
     /// The cost and the error of the image.
-    pub fn said(self) -> Samples {
+    pub(super) fn said(self) -> Samples {
         let Some(Done { tally, reached, text, .. }) = self.done else { return Samples::default() };
         let warning = (!reached.fits).then(|| {
             format!(

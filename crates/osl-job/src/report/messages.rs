@@ -23,6 +23,7 @@ const NOTES: usize = 50;
 
 /// The facts about a run that a report needs.
 pub struct Report<'a> {
+    /// The files of the shader.
     pub sources: &'a SourceMap,
     /// The number of points, and their name in messages.
     pub points: (u64, &'static str),
@@ -30,6 +31,7 @@ pub struct Report<'a> {
     pub width: Option<usize>,
     /// The folders that were searched for files, and the option that adds a folder.
     pub textures: &'a TextureCache,
+    /// The option that adds a folder to the search for files.
     pub path_option: &'a str,
     /// The values of string parameters.
     pub texts: &'a [(String, Arc<str>)],
@@ -38,7 +40,9 @@ pub struct Report<'a> {
 /// The numbers of errors and warnings that shaders reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
+    /// Different errors.
     pub errors: usize,
+    /// Different warnings.
     pub warnings: usize,
 }
 

@@ -9,6 +9,7 @@ use std::fmt::Write;
 /// The report on an image with samples.
 #[derive(Default)]
 pub struct Samples {
+    /// Evaluations, and how many samples the pixels have.
     pub tally: Tally,
     /// Samples of each pixel, 0 where it was interpolated, if they are kept and differ.
     pub samples: Vec<u32>,

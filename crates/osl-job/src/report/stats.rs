@@ -97,7 +97,7 @@ impl Stats {
         for Pass { name, before, after } in &self.passes {
             let _ = writeln!(text, "  {name:<8} {before:>6} -> {after}");
         }
-        for sentence in self.arithmetic {
+        if let Some(sentence) = self.arithmetic {
             let _ = writeln!(text, "{sentence}");
         }
         text

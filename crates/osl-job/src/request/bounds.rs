@@ -25,7 +25,9 @@ pub struct Bounds {
 /// The bound of an output, in its units.
 #[derive(Clone, Debug, Serialize)]
 pub struct Resolved {
+    /// The name of the output.
     pub output: String,
+    /// The error that its pixels may have.
     pub bound: f32,
 }
 

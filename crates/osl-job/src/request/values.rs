@@ -12,6 +12,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+/// Reads `WIDTHxHEIGHT`.
 pub fn grid(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
@@ -26,7 +27,9 @@ pub fn grid(text: &str) -> Result<(usize, usize), String> {
 /// Some columns and rows of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Crop {
+    /// Columns, from the left.
     pub columns: Range<usize>,
+    /// Rows, from the top.
     pub rows: Range<usize>,
 }
 
@@ -57,6 +60,7 @@ impl Crop {
     }
 }
 
+/// Reads `X0,X1,Y0,Y1`; the second of each pair is not part of the crop.
 pub fn crop(text: &str) -> Result<Crop, String> {
     let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     match numbers.as_deref() {
@@ -81,10 +85,13 @@ pub fn pair(text: &str) -> Result<[f32; 2], String> {
 /// An output, and a factor on its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gained {
+    /// The name of the output.
     pub name: String,
+    /// The factor.
     pub gain: f32,
 }
 
+/// Reads `OUTPUT` or `OUTPUT,GAIN`.
 pub fn gained(text: &str) -> Result<Gained, String> {
     let (name, gain) = text.split_once(',').map_or((text, "1"), |(name, gain)| (name.trim(), gain.trim()));
     let number = gain.parse().ok().filter(|x: &f32| x.is_finite());
@@ -100,12 +107,14 @@ pub fn curve(text: &str) -> Result<Curve, String> {
     Curve::from_name(text).ok_or_else(|| format!("one of {}", Curve::ALL.map(Curve::name).join(", ")))
 }
 
+/// Reads `NAME=VALUE`.
 pub fn assignment(text: &str) -> Result<(String, String), String> {
     let (name, value) =
         text.split_once('=').ok_or_else(|| format!("`{text}` is not of the form NAME=VALUE"))?;
     Ok((name.trim().to_string(), value.to_string()))
 }
 
+/// Reads 16 numbers, row by row.
 pub fn matrix(text: &str) -> Result<Box<[f32; 16]>, String> {
     let numbers: Result<Vec<f32>, _> =
         text.split([',', ' ']).filter(|p| !p.is_empty()).map(str::parse).collect();
@@ -114,25 +123,30 @@ pub fn matrix(text: &str) -> Result<Box<[f32; 16]>, String> {
     numbers.try_into().map(Box::new).map_err(|_| format!("a matrix is 16 numbers, not {count}"))
 }
 
+/// Reads the name of a compression of EXR files.
 pub fn compression(text: &str) -> Result<ExrCompression, String> {
     ExrCompression::from_name(text).ok_or_else(|| format!("one of {}", ExrCompression::NAMES.join(", ")))
 }
 
+/// Reads the name of an instruction set of this machine.
 pub fn isa(text: &str) -> Result<Isa, String> {
     let names: Vec<&str> = Isa::all().into_iter().map(Isa::name).collect();
     Isa::from_name(text).ok_or_else(|| format!("this machine has {}", names.join(", ")))
 }
 
+/// Reads the name of an arithmetic.
 pub fn arithmetic(text: &str) -> Result<Arithmetic, String> {
     let names: Vec<&str> = Arithmetic::ALL.into_iter().map(Arithmetic::name).collect();
     Arithmetic::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
 }
 
+/// Reads the name of a pass.
 pub fn pass(text: &str) -> Result<Pass, String> {
     let names: Vec<&str> = Pass::ALL.iter().map(|p| p.name()).collect();
     Pass::from_name(text).ok_or_else(|| format!("the passes are {}", names.join(", ")))
 }
 
+/// Reads `X,Y,Z`.
 pub fn position(text: &str) -> Result<Vec3, String> {
     let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     match numbers.as_deref() {
@@ -141,6 +155,7 @@ pub fn position(text: &str) -> Result<Vec3, String> {
     }
 }
 
+/// Reads `NAME` or `NAME,WIDTH`; the width is in pixels.
 pub fn filter(text: &str) -> Result<(FilterKind, f32), String> {
     let (name, width) = text.split_once(',').map_or((text, None), |(name, width)| (name, Some(width)));
     let names = FilterKind::ALL.map(FilterKind::name);
@@ -155,11 +170,13 @@ pub fn filter(text: &str) -> Result<(FilterKind, f32), String> {
     Ok((kind, width))
 }
 
+/// Reads the pixels that share a sample: 2x1, 2x2 or 4x4.
 pub fn rate(text: &str) -> Result<Rate, String> {
     let names = Rate::ALL.map(|rate| rate.to_string());
     Rate::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
 }
 
+/// Reads an error, a number above 0.
 pub fn error(text: &str) -> Result<f32, String> {
     let number = text.parse().ok().filter(|e: &f32| *e > 0.0 && e.is_finite());
     number.ok_or_else(|| format!("an error is a number above 0, not `{text}`"))
@@ -210,12 +227,12 @@ pub fn picture_file(path: PathBuf) -> Result<PathBuf, String> {
     }
 }
 
-/// The ending of a format's files.
-/// The value of a limit.
+/// Reads the value of a limit.
 pub fn amount(text: &str) -> Result<u64, String> {
     osl_limits::number(text).ok_or_else(|| SetError::NoNumber.to_string())
 }
 
+/// Reads the ending of an image file.
 pub fn ending(text: &str) -> Result<String, String> {
     match ImageFormat::of(Path::new(&format!("picture.{text}"))) {
         Some(_) => Ok(text.to_string()),
@@ -232,6 +249,7 @@ pub enum ValueRange {
     From(f32, f32),
 }
 
+/// Reads `auto` or `A,B`.
 pub fn value_range(text: &str) -> Result<ValueRange, String> {
     if text == "auto" {
         return Ok(ValueRange::Auto);
@@ -243,6 +261,7 @@ pub fn value_range(text: &str) -> Result<ValueRange, String> {
     }
 }
 
+/// Reads a number of stops.
 pub fn stops(text: &str) -> Result<f32, String> {
     let number = text.parse().ok().filter(|x: &f32| (-64.0..=64.0).contains(x));
     number.ok_or_else(|| format!("a number of stops from -64 to 64, not `{text}`"))

@@ -101,11 +101,15 @@ pub type MoreTaps<'a> = dyn Fn(&hir::Program, &SourceMap) -> Vec<Tap> + 'a;
 
 /// What to load, according to the command line.
 pub struct Request<'a> {
+    /// A source, a compiled shader, or the text of a group.
     pub file: Option<&'a Path>,
+    /// A group of shaders.
     pub network: &'a Network,
+    /// Values of parameters, as text.
     pub params: &'a [(String, String)],
     /// The data of the points, by name.
     pub userdata: &'a [(String, String)],
+    /// Outputs to compute; all if not given.
     pub outputs: Option<&'a [String]>,
     /// Variables at a line that become outputs.
     pub taps: &'a [TapPath],
@@ -113,7 +117,9 @@ pub struct Request<'a> {
     pub more_taps: Option<&'a MoreTaps<'a>>,
     /// An output that is needed but not shown.
     pub displace: Option<&'a str>,
+    /// How source files are read.
     pub read: &'a Reading,
+    /// The warnings to report.
     pub lints: &'a Lints,
     /// Whether to insert missing brackets, and where to save the repaired text.
     pub repair: Option<Option<&'a Path>>,

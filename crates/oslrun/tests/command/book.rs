@@ -395,7 +395,7 @@ fn mistakes_are_named() {
     assert!(said(&[&file, "-o", &page, "-g", "500x5"]).contains("at most 128x128"));
     assert!(said(&["a.oso", "-o", &page]).contains("the source of one shader"));
     assert!(said(&[&file, "-o", &page, "--tap", "4:a"]).contains("--tap has no effect in `picture-book`"));
-    assert!(said(&[&file, "-o", &page, "--on", "sphere"]).contains("it shows the grid"));
+    assert!(said(&[&file, "-o", &page, "--on", "sphere"]).contains("--on has no effect"));
     std::fs::write(&file, "shader s() { o = 1; }").unwrap();
     let (code, _, err) = oslrun(&["picture-book", &file, "-o", &page]);
     assert!(code == 1 && err.contains('o') && !Path::new(&page).exists(), "{err}");

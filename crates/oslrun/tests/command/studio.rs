@@ -280,7 +280,7 @@ fn the_layer_of_rounding_errors_is_the_error_map_of_stability() {
         let (header, samples) = picture(&mut page, state);
         let map = folder.path().join("map.png");
         let path = map.display().to_string();
-        let mut words = vec!["stability", &file, "--points", "32x24", "-g", "32x24", "--outputs", output];
+        let mut words = vec!["stability", &file, "--points", "32x24", "--outputs", output];
         words.extend(["--no-params", "--error-map", &path]);
         params.iter().for_each(|text| words.extend(["-p", text]));
         let (code, _, err) = oslrun(&words);

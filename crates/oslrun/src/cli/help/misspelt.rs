@@ -4,7 +4,7 @@
 //! This module must not know what commands do.
 
 use crate::cli::commands::Cli;
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Error};
 use osl_syntax::spelling::closest;
 use std::ffi::OsString;
@@ -51,6 +51,25 @@ fn split_value(args: &[OsString]) -> Option<String> {
     })
 }
 
+/// The message for an option of a run in another command.
+fn of_a_run(args: &[OsString], error: &Error) -> Option<String> {
+    if error.kind() != ErrorKind::UnknownArgument {
+        return None;
+    }
+    let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidArg) else { return None };
+    let name = given.split(['=', ' ']).next()?;
+    let all = Cli::command();
+    let command =
+        all.get_subcommands().find(|command| args.get(1).is_some_and(|word| word == command.get_name()))?;
+    let is_own = |arg: &&clap::Arg| {
+        let long = arg.get_long().map(|long| format!("--{long}"));
+        let short = arg.get_short().map(|short| format!("-{short}"));
+        long.as_deref() == Some(name) || short.as_deref() == Some(name)
+    };
+    let long = all.get_arguments().find(is_own)?.get_long()?;
+    Some(format!("--{long} has no effect in `{}`: it is an option of a run", command.get_name()))
+}
+
 /// The message for a run of several shaders.
 pub(in crate::cli) fn usage(args: &[OsString], error: &Error) -> Option<String> {
     let is_unexpected = matches!(
@@ -58,6 +77,9 @@ pub(in crate::cli) fn usage(args: &[OsString], error: &Error) -> Option<String> 
         ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict | ErrorKind::InvalidSubcommand
     );
     if let Some(text) = split_value(args).filter(|_| is_unexpected) {
+        return Some(text);
+    }
+    if let Some(text) = of_a_run(args, error) {
         return Some(text);
     }
     // Only words before the first option can be files without doubt.

@@ -27,7 +27,7 @@ use std::sync::Arc;
 #[derive(Debug, Args)]
 pub(in crate::cli) struct StabilityArgs {
     /// Number of grid points on which each setting is tried.
-    #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = values::grid)]
+    #[arg(short = 'g', long, visible_alias = "grid", value_name = "WxH", default_value = "64x64", value_parser = values::grid)]
     points: (usize, usize),
     /// The error above which a point counts as wrong, as a fraction of the output's range.
     #[arg(long, value_name = "SHARE", default_value = "0.01")]

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, Args)]
 pub(in crate::cli) struct ShaderArgs {
     /// The shader file: a source, a compiled shader (.oso), or the text of a group (.group, .oslgroup, .txt).
-    #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
+    #[arg(required = true, value_name = "FILE.osl")]
     file: Option<PathBuf>,
     /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, tint=#ff8800 (converted from sRGB to
     /// linear, as color pickers mean it), spacename=object, and for an int with the metadata `mapper` a name
@@ -64,8 +64,10 @@ impl ShaderArgs {
     }
 }
 
-/// A group of shaders, and how its layers are connected.
+/// A group of shaders, and how its layers are connected. A command with these options has them after the file, which
+/// then may be missing.
 #[derive(Clone, Debug, Default, Args)]
+#[command(mut_arg("file", |arg| arg.required(false).required_unless_present_any(["group", "layer"])))]
 pub(in crate::cli) struct NetworkArgs {
     /// The text of a group: "shader noisy n; shader mixer m; connect n.out m.a".
     #[arg(long, value_name = "TEXT", help_heading = heading::GROUP)]

@@ -26,33 +26,24 @@ use std::path::PathBuf;
 /// A run of a shader.
 #[derive(Clone, Debug, Args)]
 pub(in crate::cli) struct RunArgs {
-    /// The shader.
-    #[command(flatten)]
-    shader: ShaderArgs,
-    /// A group of shaders.
-    #[command(flatten)]
-    network: NetworkArgs,
     /// The file of the picture.
     #[command(flatten)]
     output: OutputArgs,
-    /// How values become colors.
-    #[command(flatten)]
-    display: DisplayArgs,
     /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
     /// Variables that become outputs.
     #[command(flatten)]
     taps: TapArgs,
-    /// The file of a repaired source.
-    #[command(flatten)]
-    write: WriteArgs,
     /// The points.
     #[command(flatten)]
     grid: GridArgs,
     /// A part of the picture.
     #[command(flatten)]
     crop: CropArgs,
+    /// How values become colors.
+    #[command(flatten)]
+    display: DisplayArgs,
     /// A surface to shade instead of the grid.
     #[command(flatten)]
     on: OnArgs,
@@ -65,6 +56,15 @@ pub(in crate::cli) struct RunArgs {
     /// A time for the samples.
     #[command(flatten)]
     within: WithinArgs,
+    /// The shader.
+    #[command(flatten)]
+    shader: ShaderArgs,
+    /// A group of shaders.
+    #[command(flatten)]
+    network: NetworkArgs,
+    /// The file of a repaired source.
+    #[command(flatten)]
+    write: WriteArgs,
     /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(in crate::cli) struct IrArgs {
     /// The shader file, or the text of a group.
-    #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
+    #[arg(required = true, value_name = "FILE.osl")]
     file: Option<PathBuf>,
     /// A group of shaders.
     #[command(flatten)]

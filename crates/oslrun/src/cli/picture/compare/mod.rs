@@ -12,6 +12,7 @@ pub(super) use differ::{At, measure};
 pub(super) use show::{brief, color};
 pub(super) use side::Side;
 
+use crate::cli::help::misspelt;
 use crate::cli::options::heading;
 use crate::cli::options::points::{CropArgs, DataArgs, GridArgs, OnArgs, SceneArgs};
 use crate::cli::options::reading::FormatArgs;
@@ -254,7 +255,10 @@ fn second(words: &[OsString], line: Command) -> Result<CompareArgs, Failure> {
     };
     let whole = line.clone();
     let line = line.mut_subcommand(NAME, |command| command.args_override_self(true));
-    let found = line.try_get_matches_from(all).map_err(|error| usage(&error.render().to_string()))?;
+    let found = line.try_get_matches_from(all).map_err(|error| match misspelt::usage(words, &error) {
+        Some(text) => usage(&text),
+        None => usage(&error.render().to_string()),
+    })?;
     let Some((NAME, options)) = found.subcommand() else {
         return Err(usage("only options of `oslrun compare` may follow"));
     };

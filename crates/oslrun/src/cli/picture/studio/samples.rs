@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn colors_are_those_of_doublings() {
-        let said = |samples: &[u32]| Said { samples: samples.to_vec(), ..Said::default() };
+        let said = |samples: &[u32]| Samples { samples: samples.to_vec(), ..Samples::default() };
         let found = shown(&said(&[0, 1, 4, 0])).unwrap();
         assert_eq!((&found.samples[..3], &found.samples[6..9]), (&[0; 3][..], &[255; 3][..]));
         assert!(found.samples[3..6].iter().any(|byte| *byte > 0) && found.samples[3..6] != [255; 3]);
