@@ -7,7 +7,7 @@ use crate::{inputs, open};
 use std::fs::File;
 use std::io::{IsTerminal, Read};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 /// A file that was opened and passed all checks.
 #[derive(Debug)]
@@ -90,6 +90,15 @@ pub fn open_named(path: &Path) -> Result<Opened, FileError> {
 pub struct Stamp {
     written: SystemTime,
     length: u64,
+}
+
+impl Stamp {
+    /// Whether the file was last written some time before a moment, so that what was read after it is what the
+    /// file holds.
+    pub fn is_older_than(&self, moment: SystemTime) -> bool {
+        // Systems count in steps of up to ten milliseconds, some in seconds.
+        self.written + Duration::from_secs(2) < moment
+    }
 }
 
 /// The stamp of a file, for a look whether it has changed; `None` if there is no such file.

@@ -24,6 +24,14 @@ pub(crate) struct Slot {
 }
 
 impl Slot {
+    /// Empties the slot if it holds a failure.
+    pub(crate) fn forget_failure(&self) {
+        let mut cell = lock(&self.cell);
+        if matches!(cell.get(), Some(Err(_))) {
+            *cell = Arc::default();
+        }
+    }
+
     /// Empties the slot if nobody else holds its texture or is about to.
     fn drop_unused(&self) -> bool {
         let mut cell = lock(&self.cell);

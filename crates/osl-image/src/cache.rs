@@ -39,12 +39,13 @@ pub enum Missing {
 #[derive(Clone, Debug)]
 pub struct TextureCache {
     shared: Arc<Shared>,
+    /// The limits of the work for which this clone reads files.
+    limits: Limits,
 }
 
 #[derive(Debug)]
 struct Shared {
     search: Search,
-    limits: Limits,
     budget: Budget,
     /// The lock is held to find a slot, never while a file is read. Threads that want different files do not
     /// wait for each other, and those that want the same file wait for a single read.
@@ -116,13 +117,22 @@ impl TextureCache {
         let budget = Budget::new(images.texture_memory, images.working_memory, images.names);
         let shared = Shared {
             search,
-            limits: limits.clone(),
             budget,
             slots: RwLock::default(),
             tiles: RwLock::default(),
             folders: RwLock::default(),
         };
-        Self { shared: Arc::new(shared) }
+        Self { shared: Arc::new(shared), limits: limits.clone() }
+    }
+
+    /// The same textures for other work, under its limits. What failed before is tried again: that work may have
+    /// been cancelled.
+    #[must_use]
+    pub fn renewed(&self, limits: &Limits) -> Self {
+        let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
+        slots.first.values().chain(slots.others.values()).for_each(|slot| slot.forget_failure());
+        drop(slots);
+        Self { shared: Arc::clone(&self.shared), limits: limits.clone() }
     }
 
     /// Sets whether names may lead to files outside the working directory and the search paths: absolute
@@ -133,7 +143,7 @@ impl TextureCache {
             Search::Given(files) => Search::Given(Arc::clone(files)),
             Search::Folders { folders, .. } => Search::new(folders.clone()).or_anywhere(allowed),
         };
-        Self::of(search, &self.shared.limits)
+        Self::of(search, &self.limits)
     }
 
     /// Lets these names lead to files anywhere: a user who types the name of a file trusts it. All other
@@ -148,7 +158,7 @@ impl TextureCache {
                 Search::Folders { folders, roots, trusted }.trusting(names)
             }
         };
-        Self::of(search, &self.shared.limits)
+        Self::of(search, &self.limits)
     }
 
     /// The places of the files that were requested so far, and of files with these names, whether or not
@@ -270,7 +280,7 @@ impl TextureCache {
         let names = Square::usual().filter_map(|square| square.name(name)).filter(may_be);
         let tiles: Arc<[String]> = names.filter(|name| self.shared.search.find(name).is_ok()).collect();
         let mut known = self.shared.tiles.write().unwrap_or_else(PoisonError::into_inner);
-        if known.len() as u64 >= self.shared.limits.images.patterns {
+        if known.len() as u64 >= self.limits.images.patterns {
             known.clear();
         }
         Arc::clone(known.entry(name.to_owned()).or_insert(tiles))
@@ -298,7 +308,7 @@ impl TextureCache {
             return names.clone();
         }
         drop(known);
-        let limits = &self.shared.limits.images;
+        let limits = &self.limits.images;
         let most = usize::try_from(limits.names).unwrap_or(usize::MAX);
         let mut names = HashSet::new();
         for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten().take(most.saturating_add(1)) {
@@ -330,7 +340,7 @@ impl TextureCache {
         }
         drop(slots);
         let mut slots = self.shared.slots.write().unwrap_or_else(PoisonError::into_inner);
-        slots.make_room(self.shared.limits.images.names);
+        slots.make_room(self.limits.images.names);
         Arc::clone(match part {
             None => slots.first.entry(name.to_owned()).or_default(),
             Some(key) => slots.others.entry(key).or_default(),
@@ -339,7 +349,7 @@ impl TextureCache {
 
     /// Reads a texture. Also returns the memory that was reserved for reading.
     fn load(&self, name: &str, part: SubImage<'_>) -> (TextureResult, Option<Reservation<'_>>) {
-        let Shared { limits, budget, .. } = &*self.shared;
+        let (limits, budget) = (&self.limits, &self.shared.budget);
         let admission = Admission::by_budget(limits, budget);
         let loaded = self.read(name, part, &admission);
         let loaded = loaded.map(|image| Arc::new(Texture::of(image, limits)));
@@ -367,7 +377,7 @@ impl TextureCache {
             }
         })?;
         let unreadable = |error| failure(message(error), None);
-        let file = file::to_read(file, &self.shared.limits).map_err(unreadable)?;
+        let file = file::to_read(file, &self.limits).map_err(unreadable)?;
         read_part(file, part, admission).map_err(unreadable)
     }
 }

@@ -16,9 +16,11 @@ pub mod file;
 pub mod picture;
 pub mod report;
 pub mod request;
+mod session;
 pub mod source;
 
 pub use event::{Event, Meter, Meters, NoSink, Severity, Sink};
 pub use failure::Failure;
 pub use picture::{Done, First};
 pub use request::Image;
+pub use session::Session;

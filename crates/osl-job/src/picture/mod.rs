@@ -32,7 +32,7 @@ use osl_syntax::source::SourceMap;
 use sampling::Plan;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// A smaller grid that the compiled program runs before the whole one.
 pub struct First<'a> {
@@ -108,6 +108,13 @@ impl Done {
 /// # Errors
 /// The request makes no sense, the shader has errors, a file cannot be read or written, or a limit is reached.
 pub fn run(image: &Image, extras: Extras<'_>, sink: &mut dyn Sink) -> Result<Done, Failure> {
+    let began = SystemTime::now();
+    let done = shade(image, extras, sink);
+    image.session.note_textures(began);
+    done
+}
+
+fn shade(image: &Image, extras: Extras<'_>, sink: &mut dyn Sink) -> Result<Done, Failure> {
     let started = Instant::now();
     let plan = image.sampling.plan()?;
     if image.wanted.closures && plan != Plan::Plain {

@@ -5,6 +5,7 @@ use crate::Failure;
 use crate::report::profile;
 use crate::request::Image;
 use crate::request::Trust;
+use crate::session::texture_key;
 use crate::source::load::TextureFiles;
 use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
@@ -63,13 +64,14 @@ pub fn services(image: &Image, files: TextureFiles, scene: Spaces) -> Services {
         Trust::All => true,
         Trust::Only(typed) => typed.contains(text),
     };
-    let typed = files
-        .typed
-        .into_iter()
-        .filter(is_typed)
-        .chain(image.provided.userdata.iter().map(|(_, value)| value.clone()));
-    let textures =
-        TextureCache::within(folders, &limits).allow_files(image.shader.allow_files).trusting(typed);
+    let userdata = image.provided.userdata.iter().map(|(_, value)| value.clone());
+    let typed: Vec<String> = files.typed.into_iter().filter(is_typed).chain(userdata).collect();
+    let key = || texture_key(image, &folders, &typed);
+    let textures = image.session.textures(key, &limits, || {
+        TextureCache::within(folders.clone(), &limits)
+            .allow_files(image.shader.allow_files)
+            .trusting(typed.iter().cloned())
+    });
     Services {
         ray: image.provided.ray.clone(),
         spaces: spaces(image, scene),

@@ -7,6 +7,7 @@ pub mod bounds;
 pub mod globals;
 pub mod values;
 
+use crate::Session;
 use crate::file::display::Display;
 use crate::source::levels::Lints;
 use bounds::Bounds;
@@ -304,6 +305,8 @@ pub struct Image {
     pub wanted: Wanted,
     /// Which values of parameters may name any file.
     pub trust: Trust,
+    /// What the picture shares with others.
+    pub session: Session,
 }
 
 impl Image {

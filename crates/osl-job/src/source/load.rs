@@ -5,6 +5,7 @@ use super::{input, nodes, repair};
 use crate::event::{Event, Sink};
 use crate::picture::data;
 use crate::request::{Image, Network, Reading};
+use crate::session::{Resolved, Session, Source, source_key};
 use crate::{Failure, NoSink};
 use osl::stages::{self, CompileError, ShaderFiles};
 use osl_files::{FileError, Opened, Roots};
@@ -101,6 +102,8 @@ pub type MoreTaps<'a> = dyn Fn(&hir::Program, &SourceMap) -> Vec<Tap> + 'a;
 
 /// What to load, according to the command line.
 pub struct Request<'a> {
+    /// What is kept from other requests.
+    pub session: &'a Session,
     /// A source, a compiled shader, or the text of a group.
     pub file: Option<&'a Path>,
     /// A group of shaders.
@@ -138,6 +141,7 @@ impl Request<'_> {
     pub fn of(image: &Image) -> Request<'_> {
         let Image { shader, points, .. } = image;
         Request {
+            session: &image.session,
             file: shader.file.as_deref(),
             network: &shader.network,
             params: &shader.params,
@@ -248,27 +252,19 @@ fn shader(
     if let Some(write) = request.write.filter(|write| osl_files::is_same(write, path)) {
         osl_files::permit_rewrite(write);
     }
-    let mut input = input::read(path, request.read)?;
-    input.files = input.files.or_anywhere(request.allow_files);
-    if let Some(write) = request.repair {
-        if let Some(edits) = repair::apply(&mut input, write)? {
-            edits.send(sink);
-        }
-    }
-    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
-    let list = levels::judge(&checked, Level::Always, request.lints, &request.read.limits);
-    diagnostics(&list, &checked.sources, Some(request.lints), sink)?;
-    let program = checked.program.ok_or_else(Failure::said)?;
-    wanted(&program, request.outputs)?;
+    let source = source(request, || read(path, request, sink))?;
+    diagnostics(&source.list, &source.sources, Some(request.lints), sink)?;
+    let Some(Resolved::Shader(program)) = &source.resolved else { return Err(Failure::said()) };
+    wanted(program, request.outputs)?;
     let failed = |e| match e {
         CompileError::Param(e) => Failure::new(e),
-        CompileError::Program(list) => told(&list, &checked.sources, sink),
+        CompileError::Program(list) => told(&list, &source.sources, sink),
     };
-    let mut taps = taps(request.taps, &[(&program, 0)], &checked.sources)?;
+    let mut taps = taps(request.taps, &[(program, 0)], &source.sources)?;
     let wanted = taps.len();
-    taps.extend(request.more_taps.map(|more| more(&program, &checked.sources)).unwrap_or_default());
+    taps.extend(request.more_taps.map(|more| more(program, &source.sources)).unwrap_or_default());
     let requests = Requests { taps, ..requests(Vec::new(), request) };
-    let lower = |requests: &Requests| stages::lower_for(&program, request.params, requests);
+    let lower = |requests: &Requests| stages::lower_for(program, request.params, requests);
     let lowered = lower(&requests).and_then(|body| {
         Ok((body, notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose()?))
     });
@@ -276,22 +272,49 @@ fn shader(
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     let mut given = ParamValues::default();
     for (name, text) in request.params {
-        params::set(&program, &mut given, name, text).map_err(Failure::new)?;
-        if let Some(doubt) = params::doubt(&program, name, text) {
+        params::set(program, &mut given, name, text).map_err(Failure::new)?;
+        if let Some(doubt) = params::doubt(program, name, text) {
             sink.event(Event::Doubt(&doubt));
         }
     }
-    let texts = params::texts(&program, &given);
+    let texts = params::texts(program, &given);
     let texts = texts.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
-    let folder = TextureFiles { folder, typed: strings(&program, &given).collect() };
+    let folder = TextureFiles { folder, typed: strings(program, &given).collect() };
     let name = program.shader.name.clone();
-    let sources = checked.sources;
+    let (sources, program) = (source.sources.clone(), program.clone());
     let (wanted, more) = requests.taps.split_at(wanted);
     let mut tapped = names_of(wanted, &body);
     // A function that is not called has none of the taps that were found in it.
     let exists = |name: &Arc<str>| body.outputs.iter().any(|output| output.name == *name);
     tapped.extend(names_of(more, &body).into_iter().filter(exists));
     Ok(LoadedShader { sources, body, name, folder, program, texts, tapped, noted, layers: None, given })
+}
+
+/// Reads and resolves a shader.
+fn read(path: &Path, request: &Request<'_>, sink: &mut dyn Sink) -> Result<Source, Failure> {
+    let mut input = input::read(path, request.read)?;
+    input.files = input.files.or_anywhere(request.allow_files);
+    if let Some(write) = request.repair
+        && let Some(edits) = repair::apply(&mut input, write)?
+    {
+        edits.send(sink);
+    }
+    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
+    let list = levels::judge(&checked, Level::Always, request.lints, &request.read.limits);
+    Ok(Source { sources: checked.sources, list, resolved: checked.program.map(Resolved::Shader) })
+}
+
+/// The source of a request: the one that is kept, or what `read` makes.
+fn source(
+    request: &Request<'_>,
+    read: impl FnOnce() -> Result<Source, Failure>,
+) -> Result<Arc<Source>, Failure> {
+    // A repaired source that is saved must be written.
+    if request.repair.flatten().is_some() {
+        return read().map(Arc::new);
+    }
+    let more = (request.allow_files, request.repair.is_some(), request.lints);
+    request.session.source(|| source_key(request.file, request.network, request.read, &more), read)
 }
 
 /// The names of the outputs of taps, as they are requested: a struct's name stands for its fields.
@@ -403,21 +426,18 @@ fn group(
     if request.repair.flatten().is_some() {
         return Err(Failure::usage("--write is for a single shader, not for a group"));
     }
-    let own = request.file.filter(|_| !is_group).map(Path::to_path_buf);
-    let repair = request.repair.map(|_| RefCell::default());
-    let files = Folders {
-        own,
-        repair,
-        ..Folders::of(&folder, &network.shader_path, request.allow_files, false, request.read)
-    };
-    let options = input::options(request.read);
-    let checked = stages::check_group(&file, &text, &network.name, &files, &options);
-    if let Some(edits) = files.repair {
-        edits.into_inner().iter().for_each(|edit| edit.send(sink));
-    }
-    let list = levels::sift(checked.diagnostics, request.lints);
-    diagnostics(&list, &checked.sources, None, sink)?;
-    let mut group = checked.group.ok_or_else(Failure::said)?;
+    let source = source(request, || {
+        let own = request.file.filter(|_| !is_group).map(Path::to_path_buf);
+        let files = Folders::of(&folder, &network.shader_path, request.allow_files, false, request.read);
+        let files = Folders { own, repair: request.repair.map(|_| RefCell::default()), ..files };
+        let options = input::options(request.read);
+        let checked = stages::check_group(&file, &text, &network.name, &files, &options);
+        files.repair.iter().flat_map(RefCell::take).for_each(|edits| edits.send(sink));
+        let list = levels::sift(checked.diagnostics, request.lints);
+        Ok(Source { sources: checked.sources, list, resolved: checked.group.map(Resolved::Group) })
+    })?;
+    diagnostics(&source.list, &source.sources, None, sink)?;
+    let Some(Resolved::Group(mut group)) = source.resolved.clone() else { return Err(Failure::said()) };
     let Some(last) = group.layers().last().map(|l| l.program.clone()) else {
         return Err(Failure::new("the group has no layers"));
     };
@@ -432,13 +452,13 @@ fn group(
     }
     let outputs = asked(&group, &last, request.outputs)?;
     let layers: Vec<_> = group.layers().iter().map(|layer| (&*layer.program, layer.base)).collect();
-    let taps = taps(request.taps, &layers, &checked.sources)?;
+    let taps = taps(request.taps, &layers, &source.sources)?;
     let requests = Requests { taps, ..requests(outputs, request) };
     let lower = |requests: &Requests| osl_lower::lower_group_for(&group, requests);
     let noted = notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose();
     let (body, noted) = lower(&requests)
         .and_then(|body| Ok((body, noted?)))
-        .map_err(|list| told(&list, &checked.sources, sink))?;
+        .map_err(|list| told(&list, &source.sources, sink))?;
     let name = last.shader.name.clone();
     let program = (*last).clone();
     let mut texts = Vec::new();
@@ -449,7 +469,7 @@ fn group(
         texts.extend(own.into_iter().map(|(name, text)| (path(&name), text)));
     }
     let folder = TextureFiles { folder, typed };
-    let (sources, given) = (checked.sources, ParamValues::default());
+    let (sources, given) = (source.sources.clone(), ParamValues::default());
     let tapped = names_of(&requests.taps, &body);
     Ok(LoadedShader {
         sources,

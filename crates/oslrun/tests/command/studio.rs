@@ -2,9 +2,10 @@
 
 use crate::in_process::{oslrun, oslrun_at};
 use crate::studio_client::{Page, Studio};
-use osl_image::read_image;
+use osl_image::{BitDepth, PngOptions, Transfer, png_bytes, read_image};
 use serde_json::{Value, json};
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 fn osl(name: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl").join(name).display().to_string()
@@ -262,6 +263,57 @@ fn a_picture_with_an_error_has_the_bits_of_the_command_line_and_says_its_cost() 
             "{error}"
         );
     }
+}
+
+/// Replaces the content of a file by another of the same length, and lets it look as old as before.
+fn replaced_in_secret(path: &Path, text: &[u8]) {
+    let before = std::fs::metadata(path).unwrap();
+    assert_eq!(before.len(), text.len() as u64);
+    std::fs::write(path, text).unwrap();
+    made_old(path, before.modified().unwrap());
+}
+
+fn made_old(path: &Path, time: SystemTime) {
+    std::fs::File::options().write(true).open(path).unwrap().set_modified(time).unwrap();
+}
+
+#[test]
+fn the_shader_and_its_texture_are_read_once_until_they_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let [shader, texture] = ["s.osl", "t.png"].map(|name| folder.path().join(name));
+    let text = |more: &str| {
+        format!(
+            "shader s(float k = 1, string file = \"t.png\", output color f = 0) \
+             {{ f = k * color(texture(file, u, v)) + {more}; }}"
+        )
+    };
+    let png = |value: f32| {
+        let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight, software: None };
+        png_bytes(Path::new("t.png"), 1, 1, &[&[value]], options).unwrap()
+    };
+    std::fs::write(&shader, text("0.0")).unwrap();
+    std::fs::write(&texture, png(0.25)).unwrap();
+    let old = SystemTime::now() - Duration::from_secs(100);
+    [&shader, &texture].map(|path| made_old(path, old));
+
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "4x4", "--range", "0,1"]);
+    let mut page = studio.page();
+    let mut shown = |k: f32| picture(&mut page, json!({ "params": [["k", k.to_string()]] })).1;
+    let first = shown(1.0);
+    // Whoever reads one of the files again gets another picture.
+    replaced_in_secret(&shader, text("0.5").as_bytes());
+    replaced_in_secret(&texture, &png(0.75));
+    let double = shown(2.0);
+    for event in 0..200 {
+        assert_eq!(shown(1.0 + event as f32 / 200.0).len(), first.len());
+    }
+    assert_eq!((shown(1.0), shown(2.0)), (first.clone(), double));
+    made_old(&texture, old - Duration::from_secs(1));
+    let brighter = shown(1.0);
+    let red = brighter.iter().zip(&first).step_by(3);
+    assert!(red.into_iter().all(|(now, before)| now > before), "the texture has changed");
+    made_old(&shader, old - Duration::from_secs(1));
+    assert_ne!(shown(1.0), brighter, "the shader has changed");
 }
 
 #[test]

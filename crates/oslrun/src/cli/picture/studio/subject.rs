@@ -20,7 +20,7 @@ use osl_job::request::Trust;
 use osl_job::source::load::{self, Request};
 use osl_job::source::reads::Reads;
 use osl_job::source::{input, levels, repair};
-use osl_job::{Failure, Image, NoSink, Sink};
+use osl_job::{Failure, Image, NoSink, Session, Sink};
 use osl_limits::{Cancel, Limits};
 use osl_scene::shape::Shape;
 use osl_studio::{Edit, Files, First, Layer, Line, Picture, Saved, Shader, State, Stop, Subject};
@@ -62,6 +62,7 @@ impl Studio {
     ) -> Studio {
         image.trust = Trust::Only(image.shader.params.iter().map(|(_, value)| value.clone()).collect());
         image.wanted.values = true;
+        image.session = Session::keeping();
         image.wanted.samples = true;
         Studio { image, limits: Box::new(limits), words, pinned: None, plain: None }
     }
