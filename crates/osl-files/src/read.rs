@@ -93,8 +93,8 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// Whether the file was last written some time before a moment, so that what was read after it is what the
-    /// file holds.
+    /// Whether the file was last written some time before a moment, so that what was read after it is what
+    /// the file holds.
     pub fn is_older_than(&self, moment: SystemTime) -> bool {
         // Systems count in steps of up to ten milliseconds, some in seconds.
         self.written + Duration::from_secs(2) < moment

@@ -125,8 +125,8 @@ impl TextureCache {
         Self { shared: Arc::new(shared), limits: limits.clone() }
     }
 
-    /// The same textures for other work, under its limits. What failed before is tried again: that work may have
-    /// been cancelled.
+    /// The same textures for other work, under its limits. What failed before is tried again: that work may
+    /// have been cancelled.
     #[must_use]
     pub fn renewed(&self, limits: &Limits) -> Self {
         let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);

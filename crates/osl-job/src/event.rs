@@ -1,33 +1,11 @@
 //! What a request says while it runs.
 
 use crate::Failure;
-use crate::report::messages::Message;
-use crate::source::levels::Lints;
+use crate::message::{Message, Severity};
+use crate::request::Lints;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
-
-/// How much a message matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Severity {
-    /// The result is wrong, or there is none.
-    Error,
-    /// The result may not be what the user wants.
-    Warning,
-    /// A fact about the result.
-    Note,
-}
-
-impl Severity {
-    /// The word at the start of a message.
-    pub fn word(self) -> &'static str {
-        match self {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Note => "note",
-        }
-    }
-}
 
 /// Something that a request says while it runs.
 pub enum Event<'a> {
@@ -37,8 +15,8 @@ pub enum Event<'a> {
         list: &'a [Diagnostic],
         /// The files of their positions.
         sources: &'a SourceMap,
-        /// The warnings that the user asks for. A client may only count the others, because a run is repeated and
-        /// `check` shows them. Without it, all are to be shown.
+        /// The warnings that the user asks for. A client may only count the others, because a run is repeated
+        /// and `check` shows them. Without it, all are to be shown.
         asked: Option<&'a Lints>,
     },
     /// A message of a running shader.

@@ -7,8 +7,8 @@ use std::fmt::Display;
 pub struct Failure {
     /// The error message for the user; empty if an event has said it.
     pub text: String,
-    /// The exit code of a command that fails for this reason: 1 for an error in the input or its result, 2 for a
-    /// request that makes no sense.
+    /// The exit code of a command that fails for this reason: 1 for an error in the input or its result, 2
+    /// for a request that makes no sense.
     pub code: u8,
     /// Whether the output was written all the same.
     pub wrote: bool,

@@ -2,25 +2,27 @@
 //! messages.
 //!
 //! Clients such as the command line and the live page describe a picture as an [`Image`] and run it
-//! ([`picture::run`]). While it runs, a [`Sink`] gets typed [`Event`]s: diagnostics, messages of shaders, notes
-//! and text. The result is a [`Done`] with values, ranges and the names of the written files. The modules follow
-//! the way of the data: [`request`] says what is wanted, [`source`] reads and compiles, [`picture`] shades points,
-//! [`report`] counts and describes what came out, [`file`] writes it.
+//! ([`picture::run`]). While it runs, a [`Sink`] gets typed [`Event`]s: diagnostics, messages of shaders,
+//! notes and text. The result is a [`Done`] with values, ranges and the names of the written files. The
+//! modules follow the way of the data: [`request`] says what is wanted, [`source`] reads and compiles,
+//! [`picture`] shades points, [`report`] counts and describes what came out, [`file`] writes it.
 //!
-//! The crate must not know the command line, its options, a terminal, or how messages look: clients turn events
-//! into text or JSON.
+//! The crate must not know the command line, its options, a terminal, or how messages look: clients turn
+//! events into text or JSON.
 
 mod event;
 mod failure;
 pub mod file;
+mod message;
 pub mod picture;
 pub mod report;
 pub mod request;
 mod session;
 pub mod source;
 
-pub use event::{Event, Meter, Meters, NoSink, Severity, Sink};
+pub use event::{Event, Meter, Meters, NoSink, Sink};
 pub use failure::Failure;
+pub use message::{Message, Place, Severity};
 pub use picture::{Done, First};
 pub use request::Image;
 pub use session::Session;

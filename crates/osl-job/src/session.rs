@@ -2,7 +2,6 @@
 //!
 //! A file is read again when its time or size has changed, and so is everything else that was kept with it.
 
-use crate::request::{Image, Network, Reading};
 use osl_files::{Stamp, stamp};
 use osl_hir::hir;
 use osl_image::TextureCache;
@@ -40,8 +39,8 @@ impl<T: Clone> Entry<T> {
         is_same.then(|| self.made.clone())
     }
 
-    /// Something that was made from files that were read after a moment; nothing if one of them may have changed
-    /// since it was read.
+    /// Something that was made from files that were read after a moment; nothing if one of them may have
+    /// changed since it was read.
     fn new(
         key: String,
         began: SystemTime,
@@ -69,9 +68,9 @@ pub(crate) struct Source {
 #[derive(Clone, Debug)]
 pub(crate) enum Resolved {
     /// A shader.
-    Shader(hir::Program),
+    Shader(Box<hir::Program>),
     /// A group.
-    Group(Group),
+    Group(Box<Group>),
 }
 
 impl Session {
@@ -128,21 +127,4 @@ impl Session {
         let known = files.into_keys().collect::<Vec<_>>();
         kept.textures = Entry::new(key, began, made.places([]).into_iter().chain(known), made);
     }
-}
-
-/// The part of a request that decides what its source is.
-pub(crate) fn source_key(
-    file: Option<&std::path::Path>,
-    network: &Network,
-    read: &Reading,
-    more: &impl std::fmt::Debug,
-) -> String {
-    let Reading { include, define, strict_syntax, version, reach, limits: _ } = read;
-    format!("{file:?} {network:?} {include:?} {define:?} {strict_syntax} {version:?} {reach:?} {more:?}")
-}
-
-/// The part of a request that decides which textures a name stands for.
-pub(crate) fn texture_key(image: &Image, folders: &[PathBuf], typed: &[String]) -> String {
-    let memory = image.limits().images.texture_memory;
-    format!("{folders:?} {} {typed:?} {memory} {:?}", image.shader.allow_files, image.provided.texture_memory)
 }

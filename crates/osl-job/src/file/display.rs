@@ -5,6 +5,7 @@
 //! and a note says how many values are outside of it. EXR and TIFF files hold the values themselves.
 
 use crate::Failure;
+use crate::request::Display;
 use crate::request::values::{STDOUT, ValueRange, value_range};
 use osl_image::{ImageFormat, Transfer};
 use osl_ir::types::Type;
@@ -12,19 +13,6 @@ use osl_numeric::real::Real;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
-
-/// How values become the colors of a picture.
-#[derive(Clone, Debug, Default)]
-pub struct Display {
-    /// Format of the picture on the standard output.
-    pub format: Option<String>,
-    /// The values that become black and white.
-    pub range: Option<ValueRange>,
-    /// The same as a range from -1 to 1: zero becomes grey. Normals are always shown like this.
-    pub signed: bool,
-    /// The values are multiplied by two to this power.
-    pub exposure: Option<f32>,
-}
 
 /// The values of an output, ready to be stored as integers.
 pub struct Shown<'a> {

@@ -5,4 +5,5 @@ pub mod display;
 pub mod light;
 pub mod map;
 pub mod output;
+pub mod rows;
 pub mod software;

@@ -1,10 +1,10 @@
 //! Writes a frame as image files: one EXR with a layer for each output, or one PNG, TIFF or JPEG for each
 //! output.
 
+use super::rows::Rows;
 use super::software::{self, SOFTWARE};
 use crate::Failure;
 use crate::event::{Event, Sink};
-use crate::picture::rows::Rows;
 use crate::report::closures;
 use crate::report::ranges::{InOrder, Ranges};
 use crate::request::values::STDOUT;
@@ -34,8 +34,8 @@ pub struct Written {
 }
 
 impl Written {
-    /// Moves the files into place. Returns their paths, and the bytes of the only one if it is for the standard
-    /// output.
+    /// Moves the files into place. Returns their paths, and the bytes of the only one if it is for the
+    /// standard output.
     pub fn save(self, path: &Path, sink: &mut dyn Sink) -> Result<(Vec<PathBuf>, Vec<u8>), Failure> {
         self.notes.iter().for_each(|note| sink.note(note));
         if path.as_os_str() == STDOUT {

@@ -1,17 +1,18 @@
-//! Shades the points of the grid: compiles the shader, runs it with the samples that are asked for, and writes
-//! the file. An EXR file is written while the picture is computed.
+//! Shades the points of the grid: compiles the shader, runs it with the samples that are asked for, and
+//! writes the file. An EXR file is written while the picture is computed.
 
-use super::rows::{Points, Rows};
 use super::sampling::{self, Plan, Sampled, Target};
 use super::setup::{self, grid_spaces, on_threads, options, points, services, stopped};
 use super::within::InTime;
-use super::{Done, First, data};
+use super::{Done, First};
 use crate::event::Meters;
 use crate::file::output::{self, Broken, RunRequest, Tallied};
+use crate::file::rows::{Points, Rows};
 use crate::report::messages::{self, Report};
 use crate::report::profile;
 use crate::report::samples::Samples;
 use crate::report::stats::Stats;
+use crate::source::data;
 use crate::source::load::LoadedShader;
 use crate::source::reads::Reads;
 use crate::{Failure, Image, Sink};

@@ -1,8 +1,8 @@
 //! A surface with the shader, on a floor, under a lamp and a sky.
 //!
-//! The surface is that of the request, or a sphere. A shader that yields a closure is shown as it is; from the
-//! outputs of other shaders, the material `preview_material` makes a closure. The picture comes from the path
-//! tracer of scenes.
+//! The surface is that of the request, or a sphere. A shader that yields a closure is shown as it is; from
+//! the outputs of other shaders, the material `preview_material` makes a closure. The picture comes from the
+//! path tracer of scenes.
 
 use super::roles::{Asked, Roles};
 use super::sight::Job;

@@ -1,14 +1,12 @@
 //! From a request to values: shades the points of an [`Image`] and writes its file.
 //!
-//! [`run`] chooses the way: [`grid`] shades the patch, [`surface`] what a camera sees of a surface, and [`lit`]
-//! renders a surface with light. [`setup`] makes what all of them need; [`sampling`] and [`within`] make pictures
-//! with several samples for each pixel.
+//! [`run`] chooses the way: [`grid`] shades the patch, [`surface`] what a camera sees of a surface, and
+//! [`lit`] renders a surface with light. [`setup`] makes what all of them need; [`sampling`] and [`within`]
+//! make pictures with several samples for each pixel.
 
-pub mod data;
 mod grid;
 mod lit;
 mod roles;
-pub mod rows;
 pub mod sampling;
 mod seen;
 pub mod setup;
@@ -106,7 +104,8 @@ impl Done {
 /// Makes a picture.
 ///
 /// # Errors
-/// The request makes no sense, the shader has errors, a file cannot be read or written, or a limit is reached.
+/// The request makes no sense, the shader has errors, a file cannot be read or written, or a limit is
+/// reached.
 pub fn run(image: &Image, extras: Extras<'_>, sink: &mut dyn Sink) -> Result<Done, Failure> {
     let began = SystemTime::now();
     let done = shade(image, extras, sink);

@@ -1,8 +1,8 @@
 //! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`, `--within`: images with a number
 //! of samples per pixel other than one.
 
-use super::rows::Rows;
 use crate::Failure;
+use crate::file::rows::Rows;
 use crate::report::samples::{Kept, Samples, spent};
 use crate::request::Sampling;
 use crate::request::bounds::{Resolved, short};

@@ -1,11 +1,10 @@
-//! What each run needs: the points of the grid, the services of the renderer, and threads; and the message for a
-//! run that stops early.
+//! What each run needs: the points of the grid, the services of the renderer, and threads; and the message
+//! for a run that stops early.
 
 use crate::Failure;
 use crate::report::profile;
 use crate::request::Image;
 use crate::request::Trust;
-use crate::session::texture_key;
 use crate::source::load::TextureFiles;
 use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
@@ -66,7 +65,9 @@ pub fn services(image: &Image, files: TextureFiles, scene: Spaces) -> Services {
     };
     let userdata = image.provided.userdata.iter().map(|(_, value)| value.clone());
     let typed: Vec<String> = files.typed.into_iter().filter(is_typed).chain(userdata).collect();
-    let key = || texture_key(image, &folders, &typed);
+    // What decides which texture a name stands for, and how many are kept.
+    let key =
+        || format!("{folders:?} {typed:?} {} {}", image.shader.allow_files, limits.images.texture_memory);
     let textures = image.session.textures(key, &limits, || {
         TextureCache::within(folders.clone(), &limits)
             .allow_files(image.shader.allow_files)

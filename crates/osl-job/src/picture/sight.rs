@@ -1,11 +1,12 @@
 //! The surface of `--on` as a camera sees it: its shape or mesh, its displacement, the points in each pixel,
 //! and the values of a shader there.
 
-use super::{data, setup};
+use super::setup;
 use crate::event::{Event, Meters};
 use crate::report::messages;
 use crate::request::Image;
 use crate::request::values::Gained;
+use crate::source::data;
 use crate::source::input;
 use crate::source::load::LoadedShader;
 use crate::{Failure, Sink};

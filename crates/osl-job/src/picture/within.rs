@@ -1,7 +1,7 @@
 //! `--within TIME`: an image with as many samples as fit into a time, and its measured error.
 
-use super::rows::Rows;
 use super::sampling::checked;
+use crate::file::rows::Rows;
 use crate::report::samples::{Reached, Samples, spent};
 use osl_exec::{Frame, Plane, RunError};
 use osl_measure::sample::{Shading, Tally, Watch, within};

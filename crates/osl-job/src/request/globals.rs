@@ -6,7 +6,8 @@ use osl_ir::types::Type;
 use osl_syntax::spelling::closest;
 use std::collections::BTreeMap;
 
-/// Globals with a value of their own. Globals that differ from point to point belong to the grid or the surface.
+/// Globals with a value of their own. Globals that differ from point to point belong to the grid or the
+/// surface.
 #[derive(Clone, Debug, Default)]
 pub struct GlobalValues {
     /// The value of `time`, in seconds.

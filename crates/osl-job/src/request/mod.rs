@@ -5,11 +5,12 @@
 
 pub mod bounds;
 pub mod globals;
+pub mod lints;
 pub mod values;
 
+pub use lints::Lints;
+
 use crate::Session;
-use crate::file::display::Display;
-use crate::source::levels::Lints;
 use bounds::Bounds;
 use globals::GlobalValues;
 use osl_exec::Isa;
@@ -24,7 +25,7 @@ use osl_scene::render::Curve;
 use osl_syntax::Version;
 use std::path::PathBuf;
 use std::time::Duration;
-use values::{Crop, Gained};
+use values::{Crop, Gained, ValueRange};
 
 /// How far an `#include` may lead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -238,6 +239,19 @@ pub struct Output {
     pub compression: ExrCompression,
     /// The command line, for EXR files.
     pub command: Option<String>,
+}
+
+/// How values become the colors of a picture.
+#[derive(Clone, Debug, Default)]
+pub struct Display {
+    /// Format of the picture on the standard output.
+    pub format: Option<String>,
+    /// The values that become black and white.
+    pub range: Option<ValueRange>,
+    /// The same as a range from -1 to 1: zero becomes grey. Normals are always shown like this.
+    pub signed: bool,
+    /// The values are multiplied by two to this power.
+    pub exposure: Option<f32>,
 }
 
 /// What is wanted of a run besides its picture.

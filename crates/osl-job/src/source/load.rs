@@ -1,11 +1,9 @@
 //! Loads a shader file, or a group from a file, a text or the command line, up to the lowered body.
 
-use super::levels::{self, Lints};
-use super::{input, nodes, repair};
+use super::{data, input, levels, nodes, repair};
 use crate::event::{Event, Sink};
-use crate::picture::data;
-use crate::request::{Image, Network, Reading};
-use crate::session::{Resolved, Session, Source, source_key};
+use crate::request::{Image, Lints, Network, Reading};
+use crate::session::{Resolved, Session, Source};
 use crate::{Failure, NoSink};
 use osl::stages::{self, CompileError, ShaderFiles};
 use osl_files::{FileError, Opened, Roots};
@@ -281,7 +279,7 @@ fn shader(
     let texts = texts.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
     let folder = TextureFiles { folder, typed: strings(program, &given).collect() };
     let name = program.shader.name.clone();
-    let (sources, program) = (source.sources.clone(), program.clone());
+    let (sources, program) = (source.sources.clone(), (**program).clone());
     let (wanted, more) = requests.taps.split_at(wanted);
     let mut tapped = names_of(wanted, &body);
     // A function that is not called has none of the taps that were found in it.
@@ -301,7 +299,19 @@ fn read(path: &Path, request: &Request<'_>, sink: &mut dyn Sink) -> Result<Sourc
     }
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let list = levels::judge(&checked, Level::Always, request.lints, &request.read.limits);
-    Ok(Source { sources: checked.sources, list, resolved: checked.program.map(Resolved::Shader) })
+    Ok(Source {
+        sources: checked.sources,
+        list,
+        resolved: checked.program.map(|program| Resolved::Shader(Box::new(program))),
+    })
+}
+
+/// The part of a request that decides what its source is.
+fn key(request: &Request<'_>) -> String {
+    let Request { file, network, lints, allow_files, repair, read, .. } = request;
+    let Reading { include, define, strict_syntax, version, reach, limits: _ } = read;
+    let syntax = (define, strict_syntax, version, repair.is_some());
+    format!("{:?}", (file, network, lints, allow_files, include, reach, syntax))
 }
 
 /// The source of a request: the one that is kept, or what `read` makes.
@@ -313,8 +323,7 @@ fn source(
     if request.repair.flatten().is_some() {
         return read().map(Arc::new);
     }
-    let more = (request.allow_files, request.repair.is_some(), request.lints);
-    request.session.source(|| source_key(request.file, request.network, request.read, &more), read)
+    request.session.source(|| key(request), read)
 }
 
 /// The names of the outputs of taps, as they are requested: a struct's name stands for its fields.
@@ -434,10 +443,15 @@ fn group(
         let checked = stages::check_group(&file, &text, &network.name, &files, &options);
         files.repair.iter().flat_map(RefCell::take).for_each(|edits| edits.send(sink));
         let list = levels::sift(checked.diagnostics, request.lints);
-        Ok(Source { sources: checked.sources, list, resolved: checked.group.map(Resolved::Group) })
+        Ok(Source {
+            sources: checked.sources,
+            list,
+            resolved: checked.group.map(|group| Resolved::Group(Box::new(group))),
+        })
     })?;
     diagnostics(&source.list, &source.sources, None, sink)?;
-    let Some(Resolved::Group(mut group)) = source.resolved.clone() else { return Err(Failure::said()) };
+    let Some(Resolved::Group(group)) = &source.resolved else { return Err(Failure::said()) };
+    let mut group = (**group).clone();
     let Some(last) = group.layers().last().map(|l| l.program.clone()) else {
         return Err(Failure::new("the group has no layers"));
     };

@@ -1,5 +1,6 @@
 //! From files to a lowered shader: reads, checks and lowers shaders and groups.
 
+pub mod data;
 pub mod diff;
 pub mod input;
 pub mod levels;

@@ -3,11 +3,11 @@
 //! `oslrun tradeoff FILE`, `oslrun compare A B`, `oslrun picture-book FILE -o BOOK`,
 //! `oslrun studio FILE`.
 //!
-//! `commands` lists the commands. Each has a module in a room of its family: `source`, `picture`, `measure` and
-//! `help`; `compat` has the command lines of the reference's tools. A module declares the options of its command
-//! from the groups in `options`, turns them into a request of `osl_job`, and prints the result with `print`. Exit
-//! codes: 0 success, 1 an error in the input or in its result, 2 an error in the command line. A command that fails
-//! has written no output file, except a picture that misses its `--max-error`.
+//! `commands` lists the commands. Each has a module in a room of its family: `source`, `picture`, `measure`
+//! and `help`; `compat` has the command lines of the reference's tools. A module declares the options of its
+//! command from the groups in `options`, turns them into a request of `osl_job`, and prints the result with
+//! `print`. Exit codes: 0 success, 1 an error in the input or in its result, 2 an error in the command line.
+//! A command that fails has written no output file, except a picture that misses its `--max-error`.
 
 mod commands;
 mod compat;
@@ -52,7 +52,7 @@ fn command(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write, json: bo
         return code;
     }
     let console = &mut Console::new(out, err, json);
-    if let Some(text) = misspelt::command(args) {
+    if let Some(text) = misspelt::command(args, Cli::command) {
         console.error(&text);
         return 2;
     }
@@ -104,7 +104,7 @@ fn parsed(args: &[OsString]) -> Result<Cli, Unread> {
         return Err(Unread::Wrong(text));
     }
     found.and_then(|found| Cli::from_arg_matches(&found)).map_err(|usage| {
-        if let Some(text) = misspelt::usage(args, &usage) {
+        if let Some(text) = misspelt::usage(args, &usage, &line) {
             return Unread::Wrong(text);
         }
         let text = usage.render().to_string();

@@ -230,7 +230,7 @@ fn points(row: &Row) {
     let limit = ["--limit", "running.points=15"];
     run(&few, &limit).fails_with(row);
     few.run(&["testshade", "-g", "4", "4", "a", limit[0], limit[1]]).fails_with(row);
-    few.run(&["stability", "a.osl", "-g", "2x2", "--points", "4x4", limit[0], limit[1]]).fails_with(row);
+    few.run(&["stability", "a.osl", "--points", "4x4", limit[0], limit[1]]).fails_with(row);
 }
 
 fn measured_pixels(row: &Row) {

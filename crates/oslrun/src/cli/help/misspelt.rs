@@ -3,21 +3,20 @@
 //!
 //! This module must not know what commands do.
 
-use crate::cli::commands::Cli;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{CommandFactory, Error};
+use clap::{Command, Error};
 use osl_syntax::spelling::closest;
 use std::ffi::OsString;
 use std::path::Path;
 
 /// The message for a first word that is neither a command nor a file, but looks like a command.
-pub(in crate::cli) fn command(args: &[OsString]) -> Option<String> {
+pub(in crate::cli) fn command(args: &[OsString], line: fn() -> Command) -> Option<String> {
     let word = args.get(1)?.to_str()?;
     let is_word = !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c == '-' || c == '_');
     if !is_word || word.starts_with('-') || Path::new(word).exists() {
         return None;
     }
-    let all = Cli::command();
+    let all = line();
     let names: Vec<&str> = all.get_subcommands().map(clap::Command::get_name).chain(["help"]).collect();
     if names.contains(&word) {
         return None;
@@ -52,13 +51,12 @@ fn split_value(args: &[OsString]) -> Option<String> {
 }
 
 /// The message for an option of a run in another command.
-fn of_a_run(args: &[OsString], error: &Error) -> Option<String> {
+fn of_a_run(args: &[OsString], error: &Error, all: &Command) -> Option<String> {
     if error.kind() != ErrorKind::UnknownArgument {
         return None;
     }
     let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidArg) else { return None };
     let name = given.split(['=', ' ']).next()?;
-    let all = Cli::command();
     let command =
         all.get_subcommands().find(|command| args.get(1).is_some_and(|word| word == command.get_name()))?;
     let is_own = |arg: &&clap::Arg| {
@@ -71,7 +69,7 @@ fn of_a_run(args: &[OsString], error: &Error) -> Option<String> {
 }
 
 /// The message for a run of several shaders.
-pub(in crate::cli) fn usage(args: &[OsString], error: &Error) -> Option<String> {
+pub(in crate::cli) fn usage(args: &[OsString], error: &Error, line: &Command) -> Option<String> {
     let is_unexpected = matches!(
         error.kind(),
         ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict | ErrorKind::InvalidSubcommand
@@ -79,7 +77,7 @@ pub(in crate::cli) fn usage(args: &[OsString], error: &Error) -> Option<String> 
     if let Some(text) = split_value(args).filter(|_| is_unexpected) {
         return Some(text);
     }
-    if let Some(text) = of_a_run(args, error) {
+    if let Some(text) = of_a_run(args, error, line) {
         return Some(text);
     }
     // Only words before the first option can be files without doubt.

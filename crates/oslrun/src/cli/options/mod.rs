@@ -1,7 +1,7 @@
 //! Groups of options that several commands share.
 //!
-//! A command flattens the groups that have an effect in it, and only those. Each group turns itself into a part of
-//! a request; its fields are private, so that nothing below the command line reads an option.
+//! A command flattens the groups that have an effect in it, and only those. Each group turns itself into a
+//! part of a request; its fields are private, so that nothing below the command line reads an option.
 
 pub(super) mod limits;
 pub(super) mod picture;

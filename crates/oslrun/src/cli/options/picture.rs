@@ -4,9 +4,8 @@ use super::heading;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use osl_image::ExrCompression;
-use osl_job::file::display::Display;
-use osl_job::request::Output;
 use osl_job::request::values::{ValueRange, compression, curve, ending, image_file, stops, value_range};
+use osl_job::request::{Display, Output};
 use osl_scene::render::Curve;
 use std::path::PathBuf;
 

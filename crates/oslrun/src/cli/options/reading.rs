@@ -3,8 +3,8 @@
 use super::heading;
 use super::limits::LimitArgs;
 use clap::{Args, ValueEnum};
+use osl_job::request::lints::{Lints, denied, warning, warning_or_error};
 use osl_job::request::{Reach, Reading};
-use osl_job::source::levels::{Lints, denied, warning, warning_or_error};
 use osl_limits::{Cancel, Limits};
 use osl_syntax::Version;
 use std::path::PathBuf;
@@ -66,8 +66,8 @@ enum MessageFormat {
     Json,
 }
 
-/// How errors and warnings are printed. The console reads the option itself, since it also prints what is wrong
-/// with a command line.
+/// How errors and warnings are printed. The console reads the option itself, since it also prints what is
+/// wrong with a command line.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(in crate::cli) struct FormatArgs {
     /// How errors and warnings are printed.

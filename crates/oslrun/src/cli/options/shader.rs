@@ -64,8 +64,8 @@ impl ShaderArgs {
     }
 }
 
-/// A group of shaders, and how its layers are connected. A command with these options has them after the file, which
-/// then may be missing.
+/// A group of shaders, and how its layers are connected. A command with these options has them after the
+/// file, which then may be missing.
 #[derive(Clone, Debug, Default, Args)]
 #[command(mut_arg("file", |arg| arg.required(false).required_unless_present_any(["group", "layer"])))]
 pub(in crate::cli) struct NetworkArgs {

@@ -1,6 +1,6 @@
 //! `--frames A-B`: a run for each frame of a film, with the time and the name of the picture from its number.
 
-use super::run::{self, Way};
+use super::once::{self, Way};
 use crate::cli::options::heading;
 use crate::cli::print::Console;
 use clap::Args;
@@ -41,12 +41,12 @@ fn fps(text: &str) -> Result<f64, String> {
 /// Runs a shader, once or for each frame.
 pub(super) fn run(
     image: &Image,
+    wanted: &FrameArgs,
     way: &Way,
     mut reads: Option<&mut Reads>,
     console: &mut Console<'_>,
 ) -> Result<(), Failure> {
-    let wanted = &way.frames;
-    let Some(frames) = wanted.frames.clone() else { return run::once(image, way, reads, console) };
+    let Some(frames) = wanted.frames.clone() else { return once::once(image, way, reads, console) };
     if way.json {
         return Err(Failure::usage("--json is for a run without --frames"));
     }
@@ -62,7 +62,7 @@ pub(super) fn run(
         let mut image = image.clone();
         image.provided.globals.time = Some((f64::from(frame) / wanted.fps.unwrap_or(FPS)) as f32);
         image.output.path = numbered(path, frame);
-        match run::once(&image, way, reads.as_deref_mut(), console) {
+        match once::once(&image, way, reads.as_deref_mut(), console) {
             Err(failure) if failure.wrote => missed = Err(failure),
             result => result?,
         }

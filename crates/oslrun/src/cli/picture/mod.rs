@@ -4,6 +4,7 @@ pub(super) mod book;
 pub(super) mod compare;
 mod figures;
 mod frames;
+mod once;
 pub(super) mod render;
 pub(super) mod run;
 pub(super) mod studio;

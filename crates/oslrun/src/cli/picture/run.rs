@@ -1,11 +1,12 @@
 //! `oslrun FILE -o OUT`: runs a shader, and writes its outputs as pictures.
 //!
-//! A run goes from [`super::watch`] (again after a change) to [`super::frames`] (for each frame), and from here to
-//! [`super::sweep`] (for several values of a parameter) or to the session (once).
+//! A run goes from [`super::watch`] (again after a change) to [`super::frames`] (for each frame), from there
+//! to [`super::once`], and then to [`super::sweep`] if a parameter has several values.
 
 use super::frames::FrameArgs;
+use super::once::Way;
 use super::watch::WatchArgs;
-use super::{sweep, watch, words};
+use super::{watch, words};
 use crate::cli::options::heading;
 use crate::cli::options::picture::{DisplayArgs, OutputArgs, ViewArgs};
 use crate::cli::options::points::{CropArgs, DataArgs, GridArgs, OnArgs, SceneArgs};
@@ -13,15 +14,12 @@ use crate::cli::options::reading::FormatArgs;
 use crate::cli::options::running::{ArithmeticArgs, MeasureArgs, MoreArgs, RunningArgs};
 use crate::cli::options::samples::{SampleArgs, WithinArgs};
 use crate::cli::options::shader::{NetworkArgs, OutputsArgs, ShaderArgs, TapArgs, WriteArgs};
-use crate::cli::print::{Console, checked, done};
+use crate::cli::print::Console;
 use clap::Args;
-use osl_job::picture::Extras;
-use osl_job::request::values::{Gained, STDOUT, gained};
+use osl_job::request::values::{Gained, gained};
 use osl_job::request::{Light, Points, Running, Wanted};
-use osl_job::source::reads::Reads;
-use osl_job::{Done, Failure, Image, picture};
+use osl_job::{Failure, Image};
 use std::ffi::OsString;
-use std::path::PathBuf;
 
 /// A run of a shader.
 #[derive(Clone, Debug, Args)]
@@ -170,16 +168,6 @@ impl RunArgs {
     }
 }
 
-/// What the command line says about a run besides its picture.
-pub(super) struct Way {
-    /// The frames of a film.
-    pub(super) frames: FrameArgs,
-    /// Whether the result is printed as an object.
-    pub(super) json: bool,
-    /// The file of the flame graph.
-    pub(super) flames: Option<PathBuf>,
-}
-
 /// Runs a shader as the command line says.
 pub(in crate::cli) fn run(
     args: &RunArgs,
@@ -188,81 +176,8 @@ pub(in crate::cli) fn run(
 ) -> Result<(), Failure> {
     let command = words::text(line, args.shader.file());
     let flames = args.measure.profile().flatten();
-    let way = Way { frames: args.frames.clone(), json: args.json, flames };
+    let way = Way { json: args.json, flames };
     // Each run of a watch has limits of its own, so that --max-time is the time of one picture.
     let fresh = args.clone();
-    watch::run(&args.watch, &way, move || fresh.clone().image(command.clone()), console)
-}
-
-/// Runs a shader once, or for several values of parameters, and prints the result. With `json`, the standard
-/// output gets one object; if it gets the picture, text goes to the standard error.
-pub(super) fn once(
-    image: &Image,
-    way: &Way,
-    reads: Option<&mut Reads>,
-    console: &mut Console<'_>,
-) -> Result<(), Failure> {
-    image.output.display.check(image.output.path.as_deref())?;
-    if image.light.is_some() && image.output.path.is_none() {
-        return Err(Failure::new("a preview is a picture: name one with -o"));
-    }
-    let piped = image.output.path.as_deref().is_some_and(|path| path.as_os_str() == STDOUT);
-    if piped && way.json {
-        return Err(Failure::usage("--json and the picture of `-o -` do not fit on one standard output"));
-    }
-    if piped && checked::is_terminal() {
-        return Err(Failure::usage(
-            "`-o -` writes the bytes of a picture, which a terminal cannot show: pipe it, or name a file",
-        ));
-    }
-    let mut text = Vec::new();
-    let shown = if way.json {
-        let found = values(image, reads, &mut console.with_out(&mut text))?;
-        done::object(&found, &String::from_utf8_lossy(&text), console)?;
-        Shown { piped: Vec::new(), misses: found.misses() }
-    } else if piped {
-        let shown = shown(image, way, reads, &mut console.with_out(&mut text));
-        console.again(&text);
-        shown?
-    } else {
-        shown(image, way, reads, console)?
-    };
-    let _ = console.out.write_all(&shown.piped);
-    if shown.misses { Err(Failure::missed()) } else { Ok(()) }
-}
-
-/// What remains to be done after a run was printed.
-pub(super) struct Shown {
-    /// The picture for the standard output.
-    pub(super) piped: Vec<u8>,
-    /// Whether the picture misses its error bound.
-    pub(super) misses: bool,
-}
-
-/// Runs a shader with one value of each parameter.
-fn values(image: &Image, reads: Option<&mut Reads>, console: &mut Console<'_>) -> Result<Done, Failure> {
-    if !sweep::find(image)?.is_empty() {
-        return Err(Failure::usage("--preview and --json are for a run with one value of each parameter"));
-    }
-    let done = picture::run(image, Extras { reads, ..Extras::default() }, console)?;
-    if let Some(samples) = &done.samples {
-        samples.send(console);
-    }
-    Ok(done)
-}
-
-/// Runs a shader once, or for several values of parameters, and prints the result.
-fn shown(
-    image: &Image,
-    way: &Way,
-    reads: Option<&mut Reads>,
-    console: &mut Console<'_>,
-) -> Result<Shown, Failure> {
-    let sweeps = sweep::find(image)?;
-    if !sweeps.is_empty() {
-        return sweep::all(image, &sweeps, reads, console);
-    }
-    let done = picture::run(image, Extras { reads, ..Extras::default() }, console)?;
-    done::text(&done, image, way.flames.as_deref(), console)?;
-    Ok(Shown { misses: done.misses(), piped: done.piped })
+    watch::run(&args.watch, &args.frames, &way, move || fresh.clone().image(command.clone()), console)
 }

@@ -3,8 +3,8 @@
 //! The files are the ones that the last run read or looked for. Their times and sizes are compared a few
 //! times per second. A run that fails leaves the last picture in place.
 
-use super::frames;
-use super::run::Way;
+use super::frames::{self, FrameArgs};
+use super::once::Way;
 use crate::cli::options::heading;
 use crate::cli::print::Console;
 use clap::Args;
@@ -34,24 +34,25 @@ type Looks = BTreeMap<PathBuf, Option<Stamp>>;
 /// Runs a shader, and again after each change. `image` makes the picture, each time with limits of its own.
 pub(super) fn run(
     wanted: &WatchArgs,
+    film: &FrameArgs,
     way: &Way,
     image: impl Fn() -> Image,
     console: &mut Console<'_>,
 ) -> Result<(), Failure> {
     if !wanted.watch {
-        return frames::run(&image(), way, None, console);
+        return frames::run(&image(), film, way, None, console);
     }
     let wait = || {
         std::thread::sleep(EVERY);
         true
     };
-    watched(way, image, wait, console)
+    watched((film, way), image, wait, console)
 }
 
 /// Runs a shader now and after each change, until `wait` returns false. A mistake on the command line ends
 /// the watch at once.
 fn watched(
-    way: &Way,
+    (film, way): (&FrameArgs, &Way),
     image: impl Fn() -> Image,
     mut wait: impl FnMut() -> bool,
     console: &mut Console<'_>,
@@ -70,7 +71,7 @@ fn watched(
         for path in std::mem::take(&mut reads.0) {
             known.entry(path.clone()).or_insert_with(|| stamp(&path));
         }
-        let result = frames::run(&image, way, Some(&mut reads), console);
+        let result = frames::run(&image, film, way, Some(&mut reads), console);
         for path in reads.0 {
             known.entry(path.clone()).or_insert_with(|| stamp(&path));
         }
@@ -117,7 +118,6 @@ fn next_change(known: &mut Looks, wait: &mut impl FnMut() -> bool) -> Option<Pat
 #[allow(clippy::unwrap_used, reason = "a test says what must hold")]
 mod tests {
     use super::*;
-    use crate::cli::picture::frames::FrameArgs;
     use std::path::Path;
 
     const GOOD: &str = "#include \"k.h\"\nshader s(output float f = 0) { f = K * u; }";
@@ -136,7 +136,7 @@ mod tests {
             image.output.path = Some(path("s.png"));
             image
         };
-        let way = Way { frames: FrameArgs::default(), json: false, flames: None };
+        let way = Way { json: false, flames: None };
         let (mut out, mut err, mut pictures, mut at) = (Vec::new(), Vec::new(), Vec::new(), 0);
         // Two looks without a change follow each step: the first one finds it, the next one sees it rest.
         let wait = || {
@@ -148,7 +148,8 @@ mod tests {
             at += 1;
             true
         };
-        watched(&way, image, wait, &mut Console::new(&mut out, &mut err, false)).unwrap();
+        watched((&FrameArgs::default(), &way), image, wait, &mut Console::new(&mut out, &mut err, false))
+            .unwrap();
         let said = String::from_utf8(err).unwrap();
         (said.replace(&dir.path().display().to_string(), "@"), pictures)
     }

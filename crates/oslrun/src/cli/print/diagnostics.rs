@@ -1,13 +1,13 @@
 //! Diagnostics as text for people.
 
-use osl_job::source::levels::Lints;
+use osl_job::request::Lints;
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use std::collections::BTreeMap;
 
-/// Diagnostics with excerpts of the source. With the warnings that the user asks for, all others are only counted,
-/// in a note: a run is repeated, and `check` shows them.
+/// Diagnostics with excerpts of the source. With the warnings that the user asks for, all others are only
+/// counted, in a note: a run is repeated, and `check` shows them.
 pub(super) fn text(
     list: &[Diagnostic],
     sources: &SourceMap,
@@ -28,8 +28,8 @@ pub(super) fn text(
 /// Maximum number of warnings of one kind in a file that are printed in full.
 const MOST_OF_A_KIND: usize = 5;
 
-/// The diagnostics of a file that are shown, and notes on the others: warnings in other files, such as included
-/// ones, and many warnings of one kind, unless the user asks for them by name.
+/// The diagnostics of a file that are shown, and notes on the others: warnings in other files, such as
+/// included ones, and many warnings of one kind, unless the user asks for them by name.
 pub(super) fn folded(
     list: &[Diagnostic],
     sources: &SourceMap,

@@ -1,8 +1,7 @@
-//! Events and reports as JSON. The types are mirrors of those of the session, so that the form of the objects can
-//! stay when the session changes.
+//! Events and reports as JSON. The types are mirrors of those of the session, so that the form of the objects
+//! can stay when the session changes.
 
-use osl_job::report::messages::{Message, Place};
-use osl_job::{Failure, Severity};
+use osl_job::{Failure, Message, Place, Severity};
 use osl_scene::scene;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;

@@ -1,7 +1,7 @@
 //! The edge: turns events and results into text for people or into JSON.
 //!
-//! [`Console`] is the sink of all commands. `diagnostics` and `done` have the text, `json` the objects, `progress`
-//! the bars, and `checked` keeps the first error of the standard output.
+//! [`Console`] is the sink of all commands. `diagnostics` and `done` have the text, `json` the objects,
+//! `progress` the bars, and `checked` keeps the first error of the standard output.
 
 pub(super) mod checked;
 mod diagnostics;
@@ -11,7 +11,7 @@ mod progress;
 
 pub(super) use progress::busy;
 
-use osl_job::source::levels::Lints;
+use osl_job::request::Lints;
 use osl_job::{Event, Failure, Meters, Severity, Sink};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::escape::shown;
@@ -121,8 +121,8 @@ impl<'a> Console<'a> {
         if list.iter().any(Diagnostic::is_error) { Err(Failure::said()) } else { Ok(()) }
     }
 
-    /// Prints the diagnostics of a file that is checked: warnings in other files, and many of one kind, are only
-    /// counted.
+    /// Prints the diagnostics of a file that is checked: warnings in other files, and many of one kind, are
+    /// only counted.
     ///
     /// # Errors
     /// One of them is an error.
@@ -189,8 +189,8 @@ impl Sink for Console<'_> {
     }
 }
 
-/// Whether a command line asks for JSON. It is read as words, since it may be wrong, and then the message about
-/// it is an object too.
+/// Whether a command line asks for JSON. It is read as words, since it may be wrong, and then the message
+/// about it is an object too.
 pub(super) fn json_is_asked(args: &[OsString]) -> bool {
     const OPTION: &str = "--message-format";
     let mut words = args.iter().map(|word| word.to_string_lossy()).take_while(|word| word != "--").peekable();

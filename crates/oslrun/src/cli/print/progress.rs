@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 /// How long a command runs before it shows progress.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// A progress bar for work that takes more than a moment. `unit` is the name of what is counted, or empty if that is
-/// only a share of the work.
+/// A progress bar for work that takes more than a moment. `unit` is the name of what is counted, or empty if
+/// that is only a share of the work.
 pub(super) fn meter(total: u64, unit: &'static str) -> Box<dyn Meter> {
     let template = match unit {
         "" => "{bar:40} {percent:>3}% {elapsed} {eta}",

@@ -91,8 +91,8 @@ pub(in crate::cli) struct CompareArgs {
     /// How programs run.
     #[command(flatten)]
     running: RunningArgs,
-    /// Picture of the difference to write: .png shows the largest difference of each pixel, .exr holds the second
-    /// picture minus the first for each channel.
+    /// Picture of the difference to write: .png shows the largest difference of each pixel, .exr holds the
+    /// second picture minus the first for each channel.
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(difference_file), help_heading = heading::PICTURE)]
     output: Option<PathBuf>,
     /// The second picture: an image file, or a shader (default: the first shader again).
@@ -255,10 +255,11 @@ fn second(words: &[OsString], line: Command) -> Result<CompareArgs, Failure> {
     };
     let whole = line.clone();
     let line = line.mut_subcommand(NAME, |command| command.args_override_self(true));
-    let found = line.try_get_matches_from(all).map_err(|error| match misspelt::usage(words, &error) {
-        Some(text) => usage(&text),
-        None => usage(&error.render().to_string()),
-    })?;
+    let found =
+        line.try_get_matches_from(all).map_err(|error| match misspelt::usage(words, &error, &whole) {
+            Some(text) => usage(&text),
+            None => usage(&error.render().to_string()),
+        })?;
     let Some((NAME, options)) = found.subcommand() else {
         return Err(usage("only options of `oslrun compare` may follow"));
     };

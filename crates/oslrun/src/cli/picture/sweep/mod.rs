@@ -6,7 +6,6 @@
 mod font;
 mod sheet;
 
-use super::run::Shown;
 use crate::cli::print::{Console, done};
 use osl_image::ImageFormat;
 use osl_ir::types::{Base, Type};
@@ -15,6 +14,14 @@ use osl_job::source::load::{self, Request};
 use osl_job::source::reads::Reads;
 use osl_job::{Done, Failure, Image, NoSink, Sink, picture};
 use std::collections::HashSet;
+
+/// What remains to be done after a run was printed.
+pub(super) struct Shown {
+    /// The picture for the standard output.
+    pub(super) piped: Vec<u8>,
+    /// Whether the picture misses its error bound.
+    pub(super) misses: bool,
+}
 
 /// Maximum number of values of a sweep.
 const MOST: usize = 100;

@@ -1,9 +1,9 @@
 //! `--userdata` and `--attributes`: the named data of surfaces and objects; with the globals of
 //! `--global`.
 
+use super::input;
 use crate::Failure;
 use crate::request::Image;
-use crate::source::input;
 use osl_exec::Datum;
 use osl_ir::ir::{Body, Const, Kernel, Kind, Op, ValueId};
 use osl_ir::passes;
