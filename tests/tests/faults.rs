@@ -1,5 +1,5 @@
 //! Planted faults: each shader of `data/faults` loses its digits on the line that says `// guilty`. Is that
-//! line blamed first, and is a repair found? `docs/accuracy.md` has the table; `UPDATE_DOCS=1` writes it.
+//! line blamed first, and is a repair found? `docs/faults.md` has the table; `UPDATE_DOCS=1` writes it.
 
 #![allow(
     clippy::unwrap_used,
@@ -118,7 +118,7 @@ fn the_table_of_planted_faults_is_current() {
     }
     assert!(rows.len() >= 40 && kinds.len() >= 12, "{kinds:?}");
     let table = table(&rows);
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/accuracy.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/faults.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let (head, rest) = page.split_once(BEGIN).unwrap();
     let (held, tail) = rest.split_once(END).unwrap();
@@ -126,5 +126,5 @@ fn the_table_of_planted_faults_is_current() {
         std::fs::write(&path, format!("{head}{BEGIN}{table}{END}{tail}")).unwrap();
         return;
     }
-    assert!(held == table, "docs/accuracy.md is not current: run this test with UPDATE_DOCS=1\n{table}");
+    assert!(held == table, "docs/faults.md is not current: run this test with UPDATE_DOCS=1\n{table}");
 }

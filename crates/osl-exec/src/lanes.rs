@@ -9,7 +9,7 @@ use osl_noise::cells::MAX_CELLS;
 use osl_simd::Isa;
 use std::ops::Range;
 
-/// Lanes per piece: a few registers of this size fit the L1 cache (measured, docs/performance-log.md).
+/// Lanes per piece: a few registers of this size fit the L1 cache (measured).
 pub(crate) const PIECE: usize = 256;
 
 /// Lane operations over all lanes of a batch, one piece of lanes after the other.

@@ -86,7 +86,7 @@ pub struct Program {
 
 /// Default number of points in a batch.
 const BATCH: usize = 256;
-/// Maximum size of the registers of a wider batch: measured, see docs/performance-log.md.
+/// Maximum size of the registers of a wider batch, as measured.
 const NEAR_BYTES: u64 = 256 << 10;
 
 fn has_loop(steps: &Steps) -> bool {

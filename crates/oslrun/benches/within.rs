@@ -1,6 +1,6 @@
 //! Whether `--within` keeps its time: ten shaders with two times each, by the clock and on all threads, as a
-//! user runs them. Expect: the picture and its measured error take 0.9 to 1.1 times the time. Prints the
-//! table of docs/accuracy.md; takes half a minute.
+//! user runs them. Expect: the picture and its measured error take 0.9 to 1.1 times the time. Prints a
+//! table; takes half a minute.
 //!
 //! ```sh
 //! cargo bench -p oslrun --bench within

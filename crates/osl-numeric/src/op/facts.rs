@@ -26,7 +26,7 @@ pub enum Cost {
 }
 
 impl Cost {
-    /// The cost in additions: about the ratio of times of many such operations (`docs/accuracy.md`).
+    /// The cost in additions: about the ratio of times of many such operations.
     pub fn additions(self) -> usize {
         match self {
             Cost::Part => 0,

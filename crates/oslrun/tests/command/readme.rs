@@ -1,5 +1,5 @@
-//! What the README states: its commands and options, the outputs that it shows, and facts that no other
-//! test has.
+//! What the README and `docs/usage.md` state: their commands and options, the outputs that they show, and facts
+//! that no other test has.
 
 use super::in_process;
 use std::path::{Path, PathBuf};
@@ -11,6 +11,15 @@ fn root() -> PathBuf {
 
 fn readme() -> String {
     std::fs::read_to_string(root().join("README.md")).unwrap()
+}
+
+/// The page with the details behind the README.
+fn usage() -> String {
+    std::fs::read_to_string(root().join("docs/usage.md")).unwrap()
+}
+
+fn both() -> String {
+    readme() + &usage()
 }
 
 /// The code blocks of a page.
@@ -28,7 +37,7 @@ fn shader(text: &str) -> tempfile::TempDir {
 /// `--help` answers only if the words before it are right.
 #[test]
 fn every_command_is_one() {
-    let page = readme();
+    let page = both();
     let commands = blocks(&page).filter_map(|block| block.strip_prefix("sh\n")).flat_map(str::lines);
     let commands = commands.filter_map(|line| line.split(" # ").next()?.trim().strip_prefix("oslrun "));
     let mut seen = 0;
@@ -54,7 +63,7 @@ fn every_option_exists() {
     let more = ["compare", "render", "studio", "picture-book", "explain-error"].into_iter();
     let mut help = in_process::oslrun(&["--help"]).1;
     commands.into_iter().chain(more).for_each(|name| help += &in_process::oslrun(&[name, "--help"]).1);
-    for option in readme().split(|c: char| !(c.is_ascii_lowercase() || c == '-')) {
+    for option in both().split(|c: char| !(c.is_ascii_lowercase() || c == '-')) {
         let is_option =
             option.strip_prefix("--").is_some_and(|name| name.len() > 1 && !name.starts_with('-'));
         // Options of other programs.
@@ -64,8 +73,18 @@ fn every_option_exists() {
 }
 
 #[test]
-fn the_outputs_that_it_shows_are_real() {
+fn the_readme_is_short_and_its_code_is_narrow() {
     let page = readme();
+    let words = page.split_whitespace().count();
+    assert!(words <= 1200, "{words} words");
+    for line in blocks(&page).flat_map(str::lines) {
+        assert!(line.chars().count() <= 100, "{line}");
+    }
+}
+
+#[test]
+fn the_outputs_that_it_shows_are_real() {
+    let page = both();
     let mut seen = 0;
     for block in blocks(&page).filter_map(|block| block.strip_prefix("\n$ oslrun ")) {
         let (command, shown) = block.split_once('\n').unwrap();
@@ -86,7 +105,7 @@ fn the_outputs_that_it_shows_are_real() {
 
 #[test]
 fn the_built_in_nodes_are_those_of_the_folder() {
-    let page = readme();
+    let page = usage();
     let (_, list) = page.split_once("are\nbuilt in: ").unwrap();
     let (list, _) = list.split_once(". A file of the same name").unwrap();
     let mut named: Vec<&str> = list.split('`').skip(1).step_by(2).collect();
