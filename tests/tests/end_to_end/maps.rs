@@ -1,6 +1,6 @@
 //! Compares the maps of the project with its manifests: which crate may depend on which, and which crate uses
 //! which library. Checks that texts name the oldest compiler, and the width of comments, which the formatter
-//! leaves alone.
+//! leaves alone. Checks that links between documents lead somewhere.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -152,4 +152,49 @@ fn comments_fit_their_width() {
         }
     }
     assert!(wide.is_empty(), "{wide:#?}");
+}
+
+/// The lines of a page outside of its code blocks.
+fn prose(page: &str) -> impl Iterator<Item = &str> {
+    page.split("```").step_by(2).flat_map(str::lines)
+}
+
+/// The anchors of a page: its headings as GitHub writes them.
+fn anchors(page: &str) -> Names {
+    let anchor = |heading: &str| -> String {
+        let kept = |c: char| match c {
+            ' ' => Some('-'),
+            c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c),
+            _ => None,
+        };
+        heading.to_lowercase().chars().filter_map(kept).collect()
+    };
+    let headings = prose(page).filter(|line| line.starts_with('#'));
+    headings.map(|line| anchor(line.trim_start_matches('#').trim())).collect()
+}
+
+#[test]
+fn links_between_documents_lead_somewhere() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut wrong = Vec::new();
+    for folder in ["", "docs", "docs/errors", "crates", "examples", "tests/fuzz"] {
+        for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|ending| ending != "md") {
+                continue;
+            }
+            let page = std::fs::read_to_string(&path).unwrap();
+            let targets = prose(&page).flat_map(|line| line.split("](").skip(1));
+            for target in targets.filter_map(|rest| rest.split([')', ' ']).next()) {
+                let (file, place) = target.split_once('#').unwrap_or((target, ""));
+                let there = if file.is_empty() { path.clone() } else { root.join(folder).join(file) };
+                let has_place =
+                    || std::fs::read_to_string(&there).is_ok_and(|page| anchors(&page).contains(place));
+                if !target.starts_with("http") && !(there.exists() && (place.is_empty() || has_place())) {
+                    wrong.push(format!("{}: {target}", path.display()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
