@@ -1,5 +1,5 @@
-//! What the README and `docs/usage.md` state: their commands and options, the outputs that they show, and facts
-//! that no other test has.
+//! What the README and `docs/usage.md` state: their commands and options, the outputs that they show, and
+//! facts that no other test has.
 
 use super::in_process;
 use std::path::{Path, PathBuf};
