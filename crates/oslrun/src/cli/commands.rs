@@ -30,7 +30,6 @@ pub(super) struct Cli {
     /// A command other than running a shader.
     #[command(subcommand)]
     pub(super) command: Option<Command>,
-    /// Running a shader.
     #[command(flatten)]
     pub(super) run: RunArgs,
 }

@@ -18,13 +18,13 @@ pub(in crate::cli) struct DocArgs {
     /// A function, a closure, a global, a type, a statement or a built-in node: smoothstep, diffuse, P,
     /// point, for, remap (default: list all).
     #[arg(value_name = "NAME")]
-    pub(in crate::cli) name: Option<String>,
+    name: Option<String>,
     /// Print the whole reference of the functions as Markdown: docs/builtins.md.
     #[arg(long, conflicts_with_all = ["name", "json"])]
-    pub(in crate::cli) markdown: bool,
+    markdown: bool,
     /// Print one JSON object.
     #[arg(long)]
-    pub(in crate::cli) json: bool,
+    json: bool,
 }
 
 /// Prints the list, the entries of a name, or the whole reference as a page.

@@ -10,10 +10,10 @@ use std::io::Write;
 pub(in crate::cli) struct ExplainErrorArgs {
     /// A code such as E0201 or W0312, or a name such as integer-division.
     #[arg(value_name = "CODE", required_unless_present = "list")]
-    pub(in crate::cli) code: Option<String>,
+    code: Option<String>,
     /// List all codes with their titles.
     #[arg(long)]
-    pub(in crate::cli) list: bool,
+    list: bool,
 }
 
 /// Prints the lesson of a code or name, or the list of all.

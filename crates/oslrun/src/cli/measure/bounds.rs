@@ -37,31 +37,22 @@ pub(in crate::cli) struct BoundsArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// The file of a repaired source.
     #[command(flatten)]
     write: WriteArgs,
-    /// The points: all those between the borders of the grid.
     #[command(flatten)]
     grid: GridArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// The threads.
     #[command(flatten)]
     threads: ThreadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

@@ -60,31 +60,22 @@ pub(in crate::cli) struct ExplainArgs {
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// The file of a repaired source.
     #[command(flatten)]
     write: WriteArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// A surface to explain instead of the grid.
     #[command(flatten)]
     on: OnArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

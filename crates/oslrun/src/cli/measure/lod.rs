@@ -58,19 +58,14 @@ pub(in crate::cli) struct LodArgs {
     /// Use a level only where its error is not larger than that of so many samples of the original.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
     samples: u32,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// How programs run.
     #[command(flatten)]
     batch: BatchArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

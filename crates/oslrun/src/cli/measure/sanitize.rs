@@ -48,34 +48,24 @@ pub(in crate::cli) struct SanitizeArgs {
     /// for each kind of event.
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
     map: Option<PathBuf>,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// The file of a repaired source.
     #[command(flatten)]
     write: WriteArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// A surface to examine instead of the grid.
     #[command(flatten)]
     on: OnArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// The threads.
     #[command(flatten)]
     threads: ThreadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

@@ -61,25 +61,18 @@ pub(in crate::cli) struct StabilityArgs {
     /// With --fix or --repair: save the repaired source here.
     #[arg(long, value_name = "FILE.osl")]
     write: Option<PathBuf>,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// Where the points are.
     #[command(flatten)]
     place: PlaceArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The work of each point.
     #[command(flatten)]
     steps: StepArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

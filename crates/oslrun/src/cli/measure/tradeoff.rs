@@ -29,31 +29,22 @@ use std::time::Duration;
 /// What to measure.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct TradeoffArgs {
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// The file of a repaired source.
     #[command(flatten)]
     write: WriteArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// How programs run.
     #[command(flatten)]
     running: RunningArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
     /// Approximate maximum time in seconds.

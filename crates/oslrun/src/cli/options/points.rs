@@ -14,7 +14,6 @@ pub(in crate::cli) struct GridArgs {
     /// Points of the grid, or pixels of the view.
     #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid, help_heading = heading::POINTS)]
     grid: (usize, usize),
-    /// Where the points are.
     #[command(flatten)]
     place: PlaceArgs,
 }

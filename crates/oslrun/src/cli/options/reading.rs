@@ -25,7 +25,6 @@ pub(in crate::cli) struct ReadArgs {
     /// returns where its first edge is above the second.
     #[arg(long, value_name = "VERSION", value_parser = version, help_heading = heading::READING)]
     osl_version: Option<Version>,
-    /// The limits of the command.
     #[command(flatten)]
     limits: LimitArgs,
 }

@@ -48,7 +48,6 @@ pub(in crate::cli) struct BatchArgs {
     /// Instruction set (default: the widest that this machine has).
     #[arg(long, value_name = "NAME", value_parser = isa, help_heading = heading::RUNNING)]
     isa: Option<Isa>,
-    /// The work of each point.
     #[command(flatten)]
     steps: StepArgs,
 }
@@ -63,10 +62,8 @@ impl BatchArgs {
 /// Everything about a run that does not change what it computes.
 #[derive(Clone, Debug, Default, Args)]
 pub(in crate::cli) struct RunningArgs {
-    /// The batches.
     #[command(flatten)]
     batch: BatchArgs,
-    /// The threads.
     #[command(flatten)]
     threads: ThreadArgs,
     /// Pass to skip; may be repeated.

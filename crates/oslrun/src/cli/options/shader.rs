@@ -30,10 +30,8 @@ pub(in crate::cli) struct ShaderArgs {
     /// shader's own folder, and the folders of -I and the paths.
     #[arg(long, help_heading = heading::FILES)]
     allow_files: bool,
-    /// The warnings to report.
     #[command(flatten)]
     lints: LintArgs,
-    /// How sources are read.
     #[command(flatten)]
     read: ReadArgs,
 }

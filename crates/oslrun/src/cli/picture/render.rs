@@ -87,7 +87,6 @@ pub(in crate::cli) struct RenderArgs {
     /// Multiply the light of a PNG by two to this power: 1 is twice as bright.
     #[arg(long, value_name = "STOPS", value_parser = stops, allow_hyphen_values = true, help_heading = heading::PREVIEW)]
     exposure: Option<f32>,
-    /// The curve of the picture.
     #[command(flatten)]
     view: ViewArgs,
     /// Write 16-bit floats (EXR).
@@ -102,10 +101,8 @@ pub(in crate::cli) struct RenderArgs {
     /// With `errors`: fail the run, and write no image, if a shader reports an error while it runs.
     #[arg(long, value_name = "errors", value_parser = ["errors"])]
     deny: Option<String>,
-    /// The options for reading shaders.
     #[command(flatten)]
     read: ReadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format_args: FormatArgs,
 }

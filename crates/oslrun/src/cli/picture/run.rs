@@ -24,74 +24,52 @@ use std::ffi::OsString;
 /// A run of a shader.
 #[derive(Clone, Debug, Args)]
 pub(in crate::cli) struct RunArgs {
-    /// The file of the picture.
     #[command(flatten)]
     output: OutputArgs,
-    /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// Variables that become outputs.
     #[command(flatten)]
     taps: TapArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// A part of the picture.
     #[command(flatten)]
     crop: CropArgs,
-    /// How values become colors.
     #[command(flatten)]
     display: DisplayArgs,
-    /// A surface to shade instead of the grid.
     #[command(flatten)]
     on: OnArgs,
-    /// A picture with light.
     #[command(flatten)]
     preview: PreviewArgs,
-    /// The samples of each pixel.
     #[command(flatten)]
     samples: SampleArgs,
-    /// A time for the samples.
     #[command(flatten)]
     within: WithinArgs,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The file of a repaired source.
     #[command(flatten)]
     write: WriteArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// Further outputs.
     #[command(flatten)]
     more: MoreArgs,
-    /// The arithmetic.
     #[command(flatten)]
     arithmetic: ArithmeticArgs,
-    /// How the program runs.
     #[command(flatten)]
     running: RunningArgs,
-    /// What is measured.
     #[command(flatten)]
     measure: MeasureArgs,
-    /// The frames of a film.
     #[command(flatten)]
     frames: FrameArgs,
-    /// Whether to run again after a change.
     #[command(flatten)]
     watch: WatchArgs,
     /// Print the result of the run as one JSON object: the range of each output, the files, the numbers of
     /// errors and warnings; with --stats, --histogram and --profile also their tables.
     #[arg(long, help_heading = heading::MESSAGES)]
     json: bool,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }
@@ -119,7 +97,6 @@ struct PreviewArgs {
     /// Leave the noise in, and do not limit the light of single paths.
     #[arg(long, requires = "preview", help_heading = heading::PREVIEW)]
     raw: bool,
-    /// The curve of the picture.
     #[command(flatten)]
     view: ViewArgs,
 }

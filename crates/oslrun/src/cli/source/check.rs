@@ -34,13 +34,10 @@ pub(in crate::cli) struct CheckArgs {
     /// Let the shader include any file, not only those of its project.
     #[arg(long, help_heading = heading::FILES)]
     allow_files: bool,
-    /// The warnings to report.
     #[command(flatten)]
     lints: LintArgs,
-    /// The options for reading the files.
     #[command(flatten)]
     read: ReadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

@@ -22,13 +22,10 @@ pub(in crate::cli) struct CompileArgs {
     /// directory). A shader from the standard input needs it.
     #[arg(short, long, value_name = "FILE.oso")]
     output: Option<PathBuf>,
-    /// The warnings to report.
     #[command(flatten)]
     lints: LintArgs,
-    /// The options for reading the file.
     #[command(flatten)]
     read: ReadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

@@ -26,10 +26,8 @@ pub(in crate::cli) struct FmtArgs {
     /// With --check, show what would change.
     #[arg(long, requires = "check")]
     diff: bool,
-    /// The options for reading the files.
     #[command(flatten)]
     read: ReadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

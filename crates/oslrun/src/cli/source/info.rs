@@ -27,10 +27,8 @@ pub(in crate::cli) struct InfoArgs {
     /// compiles to. Prints each violation with its line and operation. Exit code 1 if there is any.
     #[arg(long)]
     check_oso: bool,
-    /// The options for reading the file.
     #[command(flatten)]
     read: ReadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

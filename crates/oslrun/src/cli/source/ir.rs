@@ -18,7 +18,6 @@ pub(in crate::cli) struct IrArgs {
     /// The shader file, or the text of a group.
     #[arg(required = true, value_name = "FILE.osl")]
     file: Option<PathBuf>,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
     /// Value of a parameter; may be repeated.
@@ -33,13 +32,10 @@ pub(in crate::cli) struct IrArgs {
     /// Pass to skip; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
     without_pass: Vec<Pass>,
-    /// The warnings to report.
     #[command(flatten)]
     lints: LintArgs,
-    /// The options for reading the file.
     #[command(flatten)]
     read: ReadArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

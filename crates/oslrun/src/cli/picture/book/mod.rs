@@ -61,22 +61,16 @@ pub(in crate::cli) struct BookArgs {
     /// The page to write: one file with everything in it.
     #[arg(short, long, required = true, value_name = "BOOK.html", value_parser = PathBufValueParser::new().try_map(page_file))]
     output: Option<PathBuf>,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// How the program runs.
     #[command(flatten)]
     running: RunningArgs,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

@@ -52,43 +52,30 @@ Exit code: 0 if the pictures are equal, 1 if they differ or cannot be compared,
     mut_arg("outputs", |arg| described(arg, "Outputs or layers to compare, separated by commas (default: all)")),
 )]
 pub(in crate::cli) struct CompareArgs {
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The outputs.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// Variables that become outputs.
     #[command(flatten)]
     taps: TapArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// A part of the picture.
     #[command(flatten)]
     crop: CropArgs,
-    /// A surface to shade instead of the grid.
     #[command(flatten)]
     on: OnArgs,
-    /// The samples of each pixel.
     #[command(flatten)]
     samples: SampleArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// Further outputs.
     #[command(flatten)]
     more: MoreArgs,
-    /// The arithmetic.
     #[command(flatten)]
     arithmetic: ArithmeticArgs,
-    /// How programs run.
     #[command(flatten)]
     running: RunningArgs,
     /// Picture of the difference to write: .png shows the largest difference of each pixel, .exr holds the
@@ -107,7 +94,6 @@ pub(in crate::cli) struct CompareArgs {
     /// Print one JSON object.
     #[arg(long, help_heading = heading::MESSAGES)]
     json: bool,
-    /// How messages are printed.
     #[command(flatten)]
     format: FormatArgs,
 }

@@ -55,37 +55,26 @@ pub(in crate::cli) struct StudioArgs {
     /// Do not open the browser: only print the address.
     #[arg(long)]
     no_open: bool,
-    /// The shader.
     #[command(flatten)]
     shader: ShaderArgs,
-    /// A group of shaders.
     #[command(flatten)]
     network: NetworkArgs,
-    /// The output.
     #[command(flatten)]
     outputs: OutputsArgs,
-    /// How values become colors.
     #[command(flatten)]
     display: DisplayArgs,
-    /// The points.
     #[command(flatten)]
     grid: GridArgs,
-    /// A surface to shade instead of the grid.
     #[command(flatten)]
     on: OnArgs,
-    /// The samples of each pixel.
     #[command(flatten)]
     samples: SampleArgs,
-    /// Spaces, rays and textures.
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data of the points.
     #[command(flatten)]
     data: DataArgs,
-    /// The arithmetic.
     #[command(flatten)]
     arithmetic: ArithmeticArgs,
-    /// How the program runs.
     #[command(flatten)]
     running: RunningArgs,
 }
