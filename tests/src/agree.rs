@@ -1,17 +1,18 @@
-//! Checks that the product agrees with the walker: at every point a program has the same outputs, to the bit,
-//! the same printed text and the same errors and warnings, compiled from its source or from the `.oso` that
-//! is written from it.
+//! Checks that the product agrees with the walker (crate osl-walker): at every point a program has the same
+//! outputs, to the bit, the same printed text and the same errors and warnings, compiled from its source or
+//! from the `.oso` that is written from it.
 
-use crate::walker::{self, Outcome, Point};
 use crate::{laws, run};
 use osl::stages;
 use osl_exec::{Frame, RunOptions};
-use osl_hir::hir::Program;
+use osl_hir::hir::{Global, Program};
 use osl_ir::ir::Kind;
 use osl_ir::passes;
+use osl_ir::types::{Base, Extent, Type};
 use osl_lower::params::ParamValues;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
+use osl_walker::{Outcome, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The result of a comparison.
@@ -40,14 +41,75 @@ fn unsigned(text: &str) -> String {
     text.replace("-nan", "nan").replace("-NaN", "NaN")
 }
 
-fn walked(outcome: &Outcome) -> Seen {
+/// The value of a global on a grid of unit patches.
+fn global(global: Global, [u, v]: [f32; 2]) -> Value {
+    match global {
+        Global::U => Value::Float(u),
+        Global::V => Value::Float(v),
+        Global::P => Value::Triple([u, v, 1.0]),
+        Global::N | Global::Ng => Value::Triple([0.0, 0.0, 1.0]),
+        Global::I => Value::Triple([0.0, 0.0, -1.0]),
+        Global::DPdu => Value::Triple([1.0, 0.0, 0.0]),
+        Global::DPdv => Value::Triple([0.0, 1.0, 0.0]),
+        Global::Time | Global::Dtime => Value::Float(0.0),
+        _ => Value::Triple([0.0; 3]),
+    }
+}
+
+fn walked(program: &Program, outcome: &Outcome) -> Seen {
     let mut seen = Seen { printed: unsigned(&outcome.printed), ..Seen::default() };
-    for (name, value) in &outcome.outputs {
-        for (component, word) in value.words().into_iter().enumerate() {
-            seen.planes.insert((name.clone(), component), word);
-        }
+    for (var, value) in &outcome.outputs {
+        let var = &program.vars[var.0 as usize];
+        seen.add(program, var.ty, var.name.to_string(), value);
     }
     seen
+}
+
+impl Seen {
+    /// Adds the planes of an output: `a`, `s.m0`, `a[2]`; a field of an array of structs is `s.a[2]`.
+    fn add(&mut self, program: &Program, ty: Type, name: String, value: &Value) {
+        match (ty.base, ty.extent, value) {
+            (Base::Struct(id), extent, Value::Aggregate(parts)) => {
+                for (index, field) in program.structs.get(id).fields.iter().enumerate() {
+                    let name = format!("{name}.{}", field.name);
+                    if extent == Extent::One {
+                        self.add(program, field.ty, name, &parts[index]);
+                        continue;
+                    }
+                    let of = |element: &Value| match element {
+                        Value::Aggregate(fields) => fields[index].clone(),
+                        _ => Value::Void,
+                    };
+                    let values = Value::Aggregate(parts.iter().map(of).collect());
+                    self.add(program, Type { extent, ..field.ty }, name, &values);
+                }
+            }
+            (_, _, Value::Aggregate(elements)) => {
+                for (index, element) in elements.iter().enumerate() {
+                    self.put(&format!("{name}[{index}]"), element);
+                }
+            }
+            (_, _, value) => self.put(&name, value),
+        }
+    }
+
+    fn put(&mut self, name: &str, value: &Value) {
+        for (component, word) in words(value).into_iter().enumerate() {
+            self.planes.insert((name.to_string(), component), word);
+        }
+    }
+}
+
+/// The bits of a value in planes, with one bit pattern for all NaNs; none for strings.
+fn words(value: &Value) -> Vec<u32> {
+    let bits = |x: &f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
+    match value {
+        Value::Int(n) => vec![n.cast_unsigned()],
+        Value::Float(x) => vec![bits(x)],
+        Value::Triple(t) => t.iter().map(bits).collect(),
+        Value::Matrix(m) => m.iter().map(bits).collect(),
+        Value::String(_) | Value::Aggregate(_) | Value::Void => Vec::new(),
+    }
 }
 
 /// The results of the product at each point, and its messages.
@@ -132,9 +194,9 @@ pub fn hold(text: &str, through_oso: bool) -> Result<Verdict, String> {
     for y in 0..grid.height {
         for x in 0..grid.width {
             let (u, v) = (grid.coordinate(0, x, grid.width), grid.coordinate(1, y, grid.height));
-            match walker::walk(&program, Point { u, v }) {
+            match osl_walker::walk(&program, &|name| global(name, [u, v])) {
                 Ok(outcome) => {
-                    expected.push(walked(&outcome));
+                    expected.push(walked(&program, &outcome));
                     messages.extend(outcome.messages.iter().map(|m| unsigned(m)));
                 }
                 Err(why) => return Ok(Verdict::Open(why.to_string())),

@@ -14,5 +14,4 @@ pub mod points;
 pub mod run;
 pub mod scenes;
 pub mod textures;
-pub mod walker;
 pub mod ways;

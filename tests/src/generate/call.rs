@@ -2,7 +2,6 @@
 
 use super::place::Want;
 use super::{Gen, Pass, Scope, Ty, VALUES, word};
-use crate::walker;
 use osl_hir::builtins::{self, ParamType, Signature, Tail};
 use osl_ir::types::{Base, Extent, Type};
 use std::sync::OnceLock;
@@ -47,7 +46,7 @@ fn forms(scope: Scope) -> &'static [Form] {
 fn is_walked(form: &Form) -> bool {
     let params = &form.signature.params;
     let takes = |ty: Type| params.iter().any(|p| p.ty == ParamType::Of(ty));
-    walker::KNOWN.contains(&form.name)
+    osl_walker::knows(form.name)
         && !takes(Type::CLOSURE)
         && match form.name {
             "noise" | "snoise" => !takes(Type::STRING),

@@ -97,7 +97,7 @@ pub fn program(bytes: &[u8]) -> String {
     make(bytes, Scope::All, false)
 }
 
-/// A valid program with only what the [walker](crate::walker) knows.
+/// A valid program with only what the [walker](osl_walker) knows.
 pub fn walked_program(bytes: &[u8]) -> String {
     make(bytes, Scope::Walked, false)
 }
