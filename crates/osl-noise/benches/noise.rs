@@ -11,7 +11,7 @@
 )]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use osl_noise::{Kind, eval, eval3, gabor};
+use osl_noise::{Kind, eval, eval_dual, eval3, gabor};
 use osl_simd::Isa;
 use std::hint::black_box;
 
@@ -41,6 +41,38 @@ fn noise(c: &mut Criterion) {
         }
         group.finish();
     }
+}
+
+/// Lattice noise of blocks of 16 × 16 pixels, for a number of pixels per unit of the field. Neighbouring
+/// points share cells. Expect: fewer pixels take longer, for simplex noise up to three times.
+fn pixels(c: &mut Criterion) {
+    const POINTS: usize = 2048;
+    let mut group = c.benchmark_group("noise/pixels");
+    group.throughput(Throughput::Elements(POINTS as u64));
+    let (one, zero) = (vec![0.01_f32; POINTS], vec![0.0_f32; POINTS]);
+    for per_unit in [256, 50] {
+        let column = |f: &dyn Fn(usize) -> usize| {
+            (0..POINTS).map(|i| f(i) as f32 / per_unit as f32 + 3.1).collect::<Vec<f32>>()
+        };
+        let (x, y, z) = (column(&|i| i / 256 * 16 + i % 16), column(&|i| i % 256 / 16), vec![0.4; POINTS]);
+        let duals: [&[f32]; 9] = [&x, &y, &z, &one, &zero, &zero, &zero, &one, &zero];
+        for isa in Isa::all() {
+            let mut out = vec![0.0; 3 * POINTS];
+            for (kind, dims) in [(Kind::Perlin, 2), (Kind::Perlin, 3), (Kind::Simplex, 3)] {
+                group.bench_function(format!("{per_unit}/{kind:?}/{dims}d/float/{isa:?}"), |b| {
+                    b.iter(|| eval(isa, kind, black_box(&duals[..dims]), &mut out[..POINTS]));
+                });
+            }
+            group.bench_function(format!("{per_unit}/Perlin/3d/dual/{isa:?}"), |b| {
+                b.iter(|| {
+                    let (v, rest) = out.split_at_mut(POINTS);
+                    let (dx, dy) = rest.split_at_mut(POINTS);
+                    eval_dual(isa, Kind::Perlin, black_box(&duals), &[], [v, dx, dy]);
+                });
+            });
+        }
+    }
+    group.finish();
 }
 
 /// Gabor noise of points in a patch, like the neighbouring pixels of a picture, and of distant points, which
@@ -88,5 +120,5 @@ fn gabors(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, noise, gabors);
+criterion_group!(benches, noise, pixels, gabors);
 criterion_main!(benches);
