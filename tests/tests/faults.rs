@@ -29,6 +29,8 @@ struct Row {
     name: String,
     /// The place of the guilty line among the blamed ones, from 1; `None` if it is not among them.
     rank: Option<usize>,
+    /// Whether it is the second one, and the first one names it: as what it magnifies, or as what magnifies it.
+    is_partner: bool,
     repair: Repair,
 }
 
@@ -55,7 +57,12 @@ fn row(path: &Path) -> Row {
         Subject::new(&services, Base::new(built.plain, built.noted.unwrap(), None, &limits), &limits);
     let grid = Grid::new(32, 32);
     let examined = examine_given(&subject, &grid, 0.01, &built.sources, name);
-    let rank = examined.report.culprits.iter().position(|culprit| culprit.line == guilty).map(|at| at + 1);
+    let culprits = &examined.report.culprits;
+    let rank = culprits.iter().position(|culprit| culprit.line == guilty).map(|at| at + 1);
+    let is_partner = rank == Some(2)
+        && culprits.iter().take(1).any(|first| {
+            [&first.magnifies, &first.magnified_by].into_iter().flatten().any(|other| other.line == guilty)
+        });
     let repair = fix::repair(&subject, &grid, &examined, &[], (&text, &built.program), &build);
     if let Some(text) = &repair.text {
         assert!(
@@ -63,7 +70,7 @@ fn row(path: &Path) -> Row {
             "{file}: the repaired source does not compile:\n{text}"
         );
     }
-    Row { kind: kind.replace('_', " "), name: name.to_string(), rank, repair }
+    Row { kind: kind.replace('_', " "), name: name.to_string(), rank, is_partner, repair }
 }
 
 fn rows() -> Vec<Row> {
@@ -83,8 +90,9 @@ fn table(rows: &[Row]) -> String {
         "| kind | shader | rank of the guilty line | repair | error before | error after | cost |\n",
     );
     out += "|---|---|---|---|---|---|---|\n";
-    for Row { kind, name, rank, repair } in rows {
+    for Row { kind, name, rank, is_partner, repair } in rows {
         let rank = rank.map_or_else(|| "–".to_string(), |rank| rank.to_string());
+        let rank = if *is_partner { format!("{rank}, named") } else { rank };
         let before = repair.before.map_or_else(String::new, |e| short(e.largest));
         let names: Vec<&str> = repair.steps.iter().map(|step| step.name.as_str()).collect();
         let (what, after, cost) = match (repair.steps.last(), &repair.dear) {
@@ -98,10 +106,12 @@ fn table(rows: &[Row]) -> String {
     }
     let first = rows.iter().filter(|row| row.rank == Some(1)).count();
     let repaired = rows.iter().filter(|row| !row.repair.steps.is_empty()).count();
+    let named = rows.iter().filter(|row| row.is_partner).count();
     let n = rows.len();
     let _ = writeln!(
         out,
-        "\nThe guilty line is blamed first in {first} of {n}, and a repair is found for {repaired} of {n}."
+        "\nThe guilty line is blamed first in {first} of {n}; in {named} more it is second and the first line's \
+         explanation names it. A repair is found for {repaired} of {n}."
     );
     out
 }

@@ -2,6 +2,7 @@
 //! know why.
 
 use crate::trace::{Exact, What, eval, noise};
+use osl_ir::ir::Const;
 use osl_numeric::Cost;
 
 /// The result of an operation or a noise with these operands; `None` for calls that cannot run again.
@@ -43,4 +44,12 @@ pub(super) fn is_same(a: &Exact, b: &Exact) -> bool {
 
 fn are_equal(a: &[f64], b: &[f64]) -> bool {
     !a.is_empty() && differences(a, b).iter().all(|d| *d == 0.0)
+}
+
+/// The error of the largest component relative to its size; 0 if the exact value is 0.
+pub(super) fn relative_error(strict: &Const, exact: &Exact) -> f64 {
+    let (strict, exact) = (Exact::widen(strict).numbers(), exact.numbers());
+    let size = exact.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let error = differences(&strict, &exact).iter().map(|e| e.abs()).fold(0.0, f64::max);
+    if size > 0.0 { error / size } else { 0.0 }
 }

@@ -15,7 +15,7 @@
 //! a rounding, most of it cancels. So `roundings` measures what the rounding of each instruction does to
 //! the outputs.
 
-use super::again::{again, difference, differences};
+use super::again::{again, difference, differences, relative_error};
 use super::broken::{broken, rounded_once};
 use super::instruction::{Blame, InstSite};
 use super::pairs::{Pairs, Paths};
@@ -320,7 +320,7 @@ impl<'a> Steps<'a> {
 
     /// The same for a call that cannot run again: its wrong operands have all of it.
     fn pass_on_unknown(&self, total: f64, args: &[NodeId], flows: &mut [Vec<f64>]) -> f64 {
-        let given = self.strict.iter().zip(&self.exact).map(|(strict, exact)| relative(strict, exact));
+        let given = self.strict.iter().zip(&self.exact).map(|(strict, exact)| relative_error(strict, exact));
         let given: Vec<f64> =
             given.map(|error| if error.is_finite() { error } else { f64::MAX / 1e9 }).collect();
         let sum: f64 = given.iter().sum();
@@ -340,8 +340,8 @@ impl<'a> Steps<'a> {
     fn factor(&self) -> f64 {
         let node = self.trace.node(self.id);
         let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return 0.0 };
-        let given = self.strict.iter().zip(&self.exact).map(|(strict, exact)| relative(strict, exact));
-        relative(strict, exact) / given.fold(f64::from(f32::EPSILON) / 2.0, f64::max)
+        let given = self.strict.iter().zip(&self.exact).map(|(strict, exact)| relative_error(strict, exact));
+        relative_error(strict, exact) / given.fold(f64::from(f32::EPSILON) / 2.0, f64::max)
     }
 
     /// Whether the result jumps for a tiny change of the arguments.
@@ -372,7 +372,7 @@ impl<'a> Steps<'a> {
         let Some(exact) = &node.exact else { return 0.0 };
         let rounded: Vec<Exact> = self.exact.iter().map(rounded_once).collect();
         let Some(local) = self.run(&rounded) else {
-            let are_right = self.strict.iter().zip(&self.exact).all(|(s, e)| relative(s, e) == 0.0);
+            let are_right = self.strict.iter().zip(&self.exact).all(|(s, e)| relative_error(s, e) == 0.0);
             return if !are_right && self.are_close() { flow.iter().sum() } else { 0.0 };
         };
         let whole = matches!(exact, Exact::Int(_));
@@ -392,14 +392,6 @@ impl<'a> Steps<'a> {
         }
         sum
     }
-}
-
-/// The error of the largest component relative to its size; 0 if the exact value is 0.
-fn relative(strict: &Const, exact: &Exact) -> f64 {
-    let (strict, exact) = (Exact::widen(strict).numbers(), exact.numbers());
-    let size = exact.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let error = differences(&strict, &exact).iter().map(|e| e.abs()).fold(0.0, f64::max);
-    if size > 0.0 { error / size } else { 0.0 }
 }
 
 fn name(what: &What) -> String {

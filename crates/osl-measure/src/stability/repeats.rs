@@ -3,9 +3,9 @@
 //!
 //! This module must not know what the error does to the outputs.
 
-use super::again::differences;
+use super::again::relative_error;
 use super::roundings::LineOf;
-use crate::trace::{Exact, NodeId, Trace, What};
+use crate::trace::{NodeId, Trace, What};
 use osl_ir::Span;
 use std::collections::BTreeMap;
 
@@ -71,11 +71,9 @@ impl<'a> Users<'a> {
     }
 }
 
-/// The relative error of a number; 0 for what is no number.
+/// The relative error of a node's value; 0 if it is not finite.
 fn relative(trace: &Trace, id: NodeId) -> f64 {
     let node = trace.node(id);
-    let (Some(strict), Some(Exact::Float(exact))) = (&node.strict, &node.exact) else { return 0.0 };
-    let error = differences(&Exact::widen(strict).numbers(), &[*exact]);
-    let error = error.first().map_or(0.0, |error| error.abs());
-    if error.is_finite() && *exact != 0.0 { error / exact.abs() } else { 0.0 }
+    let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return 0.0 };
+    Some(relative_error(strict, exact)).filter(|error| error.is_finite()).unwrap_or(0.0)
 }
