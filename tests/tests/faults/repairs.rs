@@ -149,3 +149,62 @@ fn no_wrong_repair_passes_and_the_right_ones_do() {
         .collect();
     assert!(accepted.is_empty(), "{} of 201:\n{}", accepted.len(), accepted.join("\n"));
 }
+
+/// Faults whose repair needs the value of a field, of an element or of a component, or a rule of vectors.
+const PARTS: [(&str, &str); 7] = [
+    (
+        "float b = k * (1100 + 100 * v); hit h; h.b = b; h.disc = h.b * h.b - 4.0 * (1.0137 + u); \
+         h.t = (sqrt(h.disc) - h.b) / 2; r = h.t * k;",
+        "conjugate",
+    ),
+    (
+        "float a[3] = { 0, 0, 0 }; a[0] = 0.002 * k * (0.5 + u); a[1] = 0.3 * v; a[2] = cos(a[0]); \
+         r = 100000 * (1 - a[2]) + 0.01 * a[1];",
+        "series",
+    ),
+    (
+        "vector p; p[0] = 4096 * k + u; p[1] = 4096 * k + v; p[2] = k; r = p[0] * p[0] - p[1] * p[1];",
+        "difference of squares",
+    ),
+    (
+        "ray a; a.d = normalize(vector(0.6, 0.64, 0.48)); a.o = 400 * k * a.d + vector(0.3 + u, v, 0.1); \
+         float t = dot(a.o, a.d); r = dot(a.o, a.o) - t * t;",
+        "part across a direction",
+    ),
+    (
+        "vector p = vector(900 + u, 900 * v, 900 * k); vector q = p + vector(u, 0.3, v) * 0.01; \
+         r = dot(p, p) - 2 * dot(p, q) + dot(q, q);",
+        "square of a difference",
+    ),
+    (
+        "vector p = vector(1.3 + u, 0.7 + v, 2.1); vector q = p + 0.0002 * k * vector(v, 0.5, u); \
+         r = dot(cross(p, q), vector(5000, 3000, 1000));",
+        "part along a vector",
+    ),
+    (
+        "color a = color(0.5 + 0.2 * u, 0.6, 0.7 * v + 0.2); color b = a + 0.0002 * k * color(v, u, 0.4); \
+         r = 5000 * (luminance(a) - luminance(b));",
+        "difference of colors",
+    ),
+];
+
+#[test]
+fn repairs_go_through_fields_elements_and_components() {
+    PARTS.par_iter().for_each(|(body, rule)| {
+        let text = format!(
+            "struct hit {{ float b; float disc; float t; }};\nstruct ray {{ vector o; vector d; }};\n\
+             shader s(float k = 1, output float r = 0, output float other = 0)\n{{\n    \
+             other = noise(3 * u, 3 * v) + noise(7 * u, 7 * v);\n    {}\n}}\n",
+            body.replace("; ", ";\n    ")
+        );
+        let built = build(&Changed { text: &text, notes: true, param: None }).unwrap();
+        let (services, limits) = (Services::default(), Limits::default());
+        let subject =
+            Subject::new(&services, Base::new(built.plain, built.noted.unwrap(), None, &limits), &limits);
+        let grid = Grid::new(32, 32);
+        let examined = examine_given(&subject, &grid, 0.01, &built.sources, "s");
+        let repair = fix::repair(&subject, &grid, &examined, &[], (&text, &built.program), &build);
+        let found = repair.steps.iter().any(|step| step.name == *rule);
+        assert!(found && repair.text.is_some(), "{rule}:\n{text}\n{repair:?}");
+    });
+}

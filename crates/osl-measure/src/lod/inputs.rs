@@ -84,7 +84,7 @@ impl Inputs {
             ));
         }
         let set = program.vars.iter().enumerate().find(|(at, var)| {
-            matches!(var.kind, VarKind::Global(_)) && !source.writes(VarId(*at as u32)).is_empty()
+            matches!(var.kind, VarKind::Global(_)) && source.writes(VarId(*at as u32)).next().is_some()
         });
         if let Some((_, var)) = set {
             return Err(format!("the shader sets `{}`; only output parameters can be replaced", var.name));

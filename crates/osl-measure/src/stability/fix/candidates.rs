@@ -4,15 +4,15 @@
 
 use super::matching::{PatternMatch, find};
 use super::polynomial::{self, common_factor};
-use super::rows::{Row, rows};
-use super::source::{Opening, Site, Source};
-use super::term::{Head, Term, binds, parse, parse_grouped, word};
+use super::rules::{Rule, rules};
+use super::source::{Site, Source};
+use super::substitution::{Opening, is_name};
+use super::term::{Head, Term, binds, word};
 use super::writing::{filled, show, tidied, with_factors, with_rest};
 use osl_ir::types::Type;
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
 
 /// A changed text.
 #[derive(Clone, Debug)]
@@ -31,31 +31,6 @@ pub(super) struct Candidate {
     pub(super) new: String,
     /// The whole text after it.
     pub(super) text: String,
-}
-
-/// A row with its texts as terms.
-struct Ready {
-    row: &'static Row,
-    find: Term,
-    with: Vec<(char, Term)>,
-    write: Term,
-}
-
-/// The rows; one that cannot be read is left out, which a test excludes.
-fn ready() -> &'static [Ready] {
-    static READY: OnceLock<Vec<Ready>> = OnceLock::new();
-    READY.get_or_init(|| {
-        let read = |row: &'static Row| {
-            let with = row.with.iter().map(|(letter, text)| Some((*letter, parse_grouped(text)?)));
-            Some(Ready {
-                row,
-                find: parse(row.find)?,
-                with: with.collect::<Option<_>>()?,
-                write: parse_grouped(row.write)?,
-            })
-        };
-        rows().filter_map(read).collect()
-    })
 }
 
 /// Variables that are opened one by one.
@@ -97,16 +72,16 @@ pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> 
             by_polynomial(source, &site, form).into_iter().for_each(|candidate| put(Some(candidate)));
             // A difference of products is matched without their common factors, too.
             let inner = common_factor(form);
-            for ready in ready() {
-                for found in find(&ready.find, form) {
-                    put(rewrite(source, &site, ready, &found));
+            for rule in rules() {
+                for found in find(&rule.find, form) {
+                    put(rewrite(source, &site, rule, &found));
                 }
                 if let Some((factors, inner)) = &inner {
-                    for found in find(&ready.find, inner) {
+                    for found in find(&rule.find, inner) {
                         put(rewrite(
                             source,
                             &site,
-                            ready,
+                            rule,
                             &PatternMatch { factors: factors.clone(), ..found },
                         ));
                     }
@@ -125,8 +100,7 @@ fn cancelled(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Option<Candid
     made(source, site, ("terms that cancel", why), &covers, &[], new)
 }
 
-/// The expression as a polynomial: without what cancels when products are expanded, around the centre of its
-/// powers, or as squares of differences.
+/// The expression as a polynomial: without what cancels when products are expanded, or around the centre of its powers.
 fn by_polynomial(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Vec<Candidate> {
     let covers = form.all_covers();
     let candidate = |said: (&'static str, &'static str), inserted: &[String], term: &Term| {
@@ -138,11 +112,6 @@ fn by_polynomial(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Vec<Candi
     );
     let mut out: Vec<Candidate> =
         polynomial::expanded(form).iter().filter_map(|term| candidate(cancels, &[], term)).collect();
-    let squares = (
-        "squares of differences",
-        "large squares nearly cancel; the differences are taken before they are squared",
-    );
-    out.extend(polynomial::squares_of_differences(form).and_then(|term| candidate(squares, &[], &term)));
     let name = source.unused("off");
     if site.before.is_some()
         && let Some((term, distance)) = polynomial::around_centre(form, &name)
@@ -167,20 +136,25 @@ struct Local {
     ty: &'static str,
 }
 
-fn rewrite(source: &Source<'_>, site: &Site<'_>, ready: &Ready, found: &PatternMatch) -> Option<Candidate> {
-    let chooses = contains(&ready.write, &|t| t.head == Head::Choose);
+fn rewrite(
+    source: &Source<'_>,
+    site: &Site<'_>,
+    rule: &'static Rule,
+    found: &PatternMatch,
+) -> Option<Candidate> {
+    let chooses = contains(&rule.write, &|t| t.head == Head::Choose);
     if chooses && site.expr.ty != Type::FLOAT {
         return None;
     }
     // Letters that occur several times become variables, if they are long; so do values that are computed
     // first. What is used only once after all stands in its place.
     let mut wanted: Vec<char> =
-        found.letters.iter().map(|(letter, _)| *letter).filter(|l| is_long(ready, found, *l)).collect();
-    wanted.extend(ready.with.iter().map(|(letter, _)| *letter));
+        found.letters.iter().map(|(letter, _)| *letter).filter(|l| is_long(rule, found, *l)).collect();
+    wanted.extend(rule.with.iter().map(|(letter, _)| *letter));
     if site.before.is_none() {
         wanted.clear();
     }
-    let (mut locals, mut new) = written(source, site, ready, found, &wanted)?;
+    let (mut locals, mut new) = written(source, site, rule, found, &wanted)?;
     let uses = |name: &str, locals: &[Local], new: &str| {
         let texts = locals.iter().map(|l| show(&l.value).0).chain([new.to_string()]);
         texts.map(|text| words(&text).filter(|word| *word == name).count()).sum::<usize>()
@@ -189,11 +163,11 @@ fn rewrite(source: &Source<'_>, site: &Site<'_>, ready: &Ready, found: &PatternM
         locals.iter().filter(|l| uses(&l.name, &locals, &new) < 2).map(|l| l.letter).collect();
     if !rare.is_empty() {
         wanted.retain(|letter| !rare.contains(letter));
-        (locals, new) = written(source, site, ready, found, &wanted)?;
+        (locals, new) = written(source, site, rule, found, &wanted)?;
     }
     let inserted: Vec<String> =
         locals.iter().map(|l| format!("{} {} = {};", l.ty, l.name, show(&l.value).0)).collect();
-    made(source, site, (ready.row.name, ready.row.why), &found.covers, &inserted, new)
+    made(source, site, (&*rule.name, &*rule.why), &found.covers, &inserted, new)
 }
 
 /// The candidate with this text in place of an expression, after these statements.
@@ -232,14 +206,14 @@ pub(super) fn insertion(source: &Source<'_>, before: Option<usize>, statements: 
 fn written(
     source: &Source<'_>,
     site: &Site<'_>,
-    ready: &Ready,
+    rule: &'static Rule,
     found: &PatternMatch,
     wanted: &[char],
 ) -> Option<(Vec<Local>, String)> {
     let mut found = found.clone();
     let mut locals: Vec<Local> = Vec::new();
     let put = |letter: char, term: Term, locals: &mut Vec<Local>| -> Option<Term> {
-        if !wanted.contains(&letter) || is_name(&term) || matches!(term.head, Head::Number(_)) {
+        if !wanted.contains(&letter) || is_word(&term) || matches!(term.head, Head::Number(_)) {
             return Some(term);
         }
         if !term.is_pure {
@@ -256,7 +230,7 @@ fn written(
         let term = put(letter, term, &mut locals)?;
         found.letters.push((letter, term));
     }
-    for (letter, term) in &ready.with {
+    for (letter, term) in &rule.with {
         let term = put(*letter, filled(term, &found)?, &mut locals)?;
         // What is computed first is rounded there, so it does not cancel with its parts.
         let term = match term.head {
@@ -275,14 +249,14 @@ fn written(
         found.letters.push((*letter, term));
     }
     let several = |letter: char| {
-        count(&ready.write, letter) + ready.with.iter().map(|(_, t)| count(t, letter)).sum::<usize>() > 1
+        count(&rule.write, letter) + rule.with.iter().map(|(_, t)| count(t, letter)).sum::<usize>() > 1
     };
     if found.letters.iter().any(|(letter, term)| !term.is_pure && several(*letter)) {
         return None;
     }
-    let is_sum = matches!(ready.find.head, Head::Sum(_));
-    let term = filled(&ready.write, &found)?;
-    let is_list = matches!(ready.find.head, Head::Sum(_) | Head::Product(_));
+    let is_sum = matches!(rule.find.head, Head::Sum(_));
+    let term = filled(&rule.write, &found)?;
+    let is_list = matches!(rule.find.head, Head::Sum(_) | Head::Product(_));
     let term = if is_list { with_rest(term, is_sum, &found) } else { term };
     let term = with_factors(term, &found);
     Some((locals, placed(source, site, &term)?))
@@ -312,16 +286,16 @@ fn name_of(term: &Term) -> &'static str {
 }
 
 /// Whether a letter occurs several times and its text is longer than a name.
-fn is_long(ready: &Ready, found: &PatternMatch, letter: char) -> bool {
-    let in_with = ready.with.iter().map(|(_, t)| count(t, letter)).sum::<usize>();
+fn is_long(rule: &'static Rule, found: &PatternMatch, letter: char) -> bool {
+    let in_with = rule.with.iter().map(|(_, t)| count(t, letter)).sum::<usize>();
     let Some(term) = found.get(letter) else { return false };
-    count(&ready.write, letter) + in_with > 1 && !is_name(term) && !matches!(term.head, Head::Number(_))
+    count(&rule.write, letter) + in_with > 1 && !is_word(term) && !matches!(term.head, Head::Number(_))
 }
 
 /// Whether the text of a term is a name or a part of a variable.
-fn is_name(term: &Term) -> bool {
+fn is_word(term: &Term) -> bool {
     let (text, own) = show(term);
-    own == binds::WHOLE && text.chars().all(|c| c.is_alphanumeric() || "_.[]".contains(c))
+    own == binds::WHOLE && is_name(&text)
 }
 
 fn count(term: &Term, letter: char) -> usize {
@@ -354,31 +328,4 @@ fn type_of(term: &Term) -> Type {
 
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| !c.is_alphanumeric() && c != '_')
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_rows_can_be_read() {
-        assert_eq!(ready().len(), rows().count());
-        for ready in ready() {
-            let mut letters: Vec<char> = Vec::new();
-            ready.find.each(&mut |t| letters.extend(letter(t)));
-            for (own, term) in &ready.with {
-                term.each(&mut |t| {
-                    assert!(letter(t).is_none_or(|l| letters.contains(&l)), "{:?}", ready.row)
-                });
-                letters.push(*own);
-            }
-            ready
-                .write
-                .each(&mut |t| assert!(letter(t).is_none_or(|l| letters.contains(&l)), "{:?}", ready.row));
-        }
-    }
-
-    fn letter(term: &Term) -> Option<char> {
-        if let Head::Any(letter) = term.head { Some(letter) } else { None }
-    }
 }

@@ -12,13 +12,13 @@ use osl_scene::Grid;
 
 /// The largest cost of a repair, relative to the original; and the largest one if the error falls more than
 /// a thousandfold.
-pub(super) const DEAR: [f64; 2] = [1.2, 1.5];
+const DEAR: [f64; 2] = [1.2, 1.5];
 
 /// How many times smaller the error must be for the second one.
 const MANYFOLD: f64 = 1000.0;
 
 /// The smallest gain for which anything else is tested.
-const WORTHWHILE: f64 = 1.2;
+const WORTHWHILE: f64 = 1.05;
 
 /// What is known of a setting.
 struct Level {
@@ -54,8 +54,8 @@ pub(super) struct Good {
 pub(super) enum Bad {
     /// It does not run to its end.
     Stops,
-    /// It helps too little: how many times smaller the error is, and the errors.
-    Little(f64, Errors),
+    /// It helps too little: how many times smaller the error is.
+    Little(f64),
     /// It makes other points wrong.
     Harms,
     /// It is another function, also in double precision.
@@ -75,7 +75,7 @@ impl Bad {
 }
 
 impl Good {
-    /// Whether the change costs more than [`DEAR`], though it is worth it.
+    /// Whether the change costs more than other repairs may.
     pub(super) fn is_dear(&self) -> bool {
         self.cost >= DEAR[0]
     }
@@ -145,7 +145,7 @@ impl<'a> Judge<'a> {
                 let own = level.reference.errors(&strict);
                 let gain = earlier.gain(&own);
                 if gain < WORTHWHILE {
-                    return Err(Bad::Little(gain, own));
+                    return Err(Bad::Little(gain));
                 }
                 errors = Some(own);
             }

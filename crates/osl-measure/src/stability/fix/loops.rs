@@ -157,7 +157,7 @@ fn counter(source: &Source<'_>, iter: &Expr, before: &[Stmt]) -> Option<(VarId, 
         }
     }
     // Nothing but the loop itself counts.
-    let is_alone = source.writes(var).len() == own_writes + 1;
+    let is_alone = source.writes(var).count() == own_writes + 1;
     first.filter(|_| is_int && is_alone).map(|first| (var, first))
 }
 
@@ -193,7 +193,7 @@ fn multiple(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
     let holds = |stmt: &Stmt| stmt.span.start <= start.span.start && start.span.end <= stmt.span.end;
     let outer = adding.rounds.len() - 1;
     let begins_anew = adding.rounds.iter().take(outer).all(|round| holds(round.stmt)) && !holds(round.stmt);
-    let is_alone = source.writes(var).len() == 1;
+    let is_alone = source.writes(var).count() == 1;
     let at = adding.stmt.span;
     if !(adding.in_every_round && begins_anew && is_alone && source.lasts(start, at)) {
         return None;
@@ -204,7 +204,7 @@ fn multiple(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
         let term = source.reader.term(e)?;
         let mut fits = term.is_pure;
         all_reads(e, &mut |var| {
-            fits &= source.writes(var).iter().all(|w| w.end <= body.start || w.start >= round.stmt.span.end);
+            fits &= source.writes(var).all(|w| w.end <= body.start || w.start >= round.stmt.span.end);
             let declared = source.program.vars.get(var.0 as usize).map(|v| v.span);
             fits &=
                 declared.is_some_and(|d| d.end <= round.stmt.span.start || d.start >= round.stmt.span.end);

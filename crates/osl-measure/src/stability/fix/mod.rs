@@ -1,6 +1,6 @@
 //! Repairs of the lines to blame: rewrites of the source that are tried on the points of the examination.
 //!
-//! `candidates` and `loops` find the places where a known rewrite matches (`rows` is the table of them), and
+//! `candidates` and `loops` find the places where a known rewrite matches (`rules` is the table of them), and
 //! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the
 //! original source in double precision, computes the same function there, leaves right what was right (each
 //! component of each output by itself: `reference`; also with other values of the parameters: `variants`),
@@ -9,17 +9,16 @@
 //! files.
 
 mod candidates;
-mod components;
-mod inlining;
 mod judge;
 mod leftover;
 mod loops;
 mod matching;
 mod polynomial;
 mod reference;
-mod rows;
+mod rules;
 mod search;
 pub(crate) mod source;
+mod substitution;
 pub(crate) mod term;
 pub mod text;
 mod variance;

@@ -280,58 +280,6 @@ pub(super) fn around_centre(term: &Term, name: &str) -> Option<(Term, Term)> {
     Some((term, distance))
 }
 
-/// The term as squares of differences, if it is a sum of squares and products of two atoms each that does not
-/// change when all atoms grow by the same number; for instance a variance.
-pub(super) fn squares_of_differences(term: &Term) -> Option<Term> {
-    if !matches!(term.head, Head::Sum(_)) {
-        return None;
-    }
-    expansions(term).into_iter().find_map(|(atoms, mut p)| {
-        p.clean();
-        let n = atoms.terms.len();
-        let mut rows = vec![(0.0, 0.0); n];
-        let mut pairs = Vec::new();
-        for (monomial, (x, _)) in &p.0 {
-            match monomial[..] {
-                [(a, 2)] => {
-                    rows[a].0 += 2.0 * x;
-                    rows[a].1 += 2.0 * x.abs();
-                }
-                [(a, 1), (b, 1)] => {
-                    for at in [a, b] {
-                        rows[at].0 += x;
-                        rows[at].1 += x.abs();
-                    }
-                    pairs.push((a, b, -0.5 * x));
-                }
-                _ => return None,
-            }
-        }
-        let is_even = rows.iter().all(|(sum, size)| sum.abs() <= 1e-6 * size);
-        if !is_even || pairs.is_empty() || pairs.len() > 6 {
-            return None;
-        }
-        let square = |(a, b, x): &(usize, usize, f64)| {
-            let difference = || sum(vec![(false, atoms.terms[*a].clone()), (true, atoms.terms[*b].clone())]);
-            let part = |x: f64| {
-                let factor = if x == 1.0 { None } else { Some((false, Term::number(x))) };
-                let both = [(false, difference()), (false, difference())];
-                product(factor.into_iter().chain(both).collect())
-            };
-            (*x < 0.0, part(x.abs()))
-        };
-        let same = pairs.iter().all(|(_, _, x)| (x - pairs[0].2).abs() <= 1e-6 * x.abs());
-        if same && pairs.len() > 1 && pairs[0].2 > 0.0 {
-            let factor = pairs[0].2;
-            let parts = pairs.iter().map(|(a, b, _)| square(&(*a, *b, 1.0))).collect();
-            return Some(product(vec![(false, Term::number(factor)), (false, grouped(sum(parts)))]));
-        }
-        let mut parts: Vec<(bool, Term)> = pairs.iter().map(square).collect();
-        parts.sort_by_key(|(minus, _)| *minus);
-        Some(sum(parts))
-    })
-}
-
 /// The factors that all parts of a sum share, and the sum of what is left of them.
 pub(super) fn common_factor(term: &Term) -> Option<(Vec<(bool, Term)>, Term)> {
     let Head::Sum(flags) = &term.head else { return None };
@@ -401,16 +349,6 @@ mod tests {
         assert_eq!(around("x * x * x * x - 4 * x * x * x + 6 * x * x - 4 * x + 1"), "d * d * d * d | x - 1");
         assert_eq!(around("x * x - 2 * x + 3"), "");
         assert_eq!(around("x * x - y"), "");
-    }
-
-    #[test]
-    fn a_variance_is_a_sum_of_squares() {
-        let squares = |text: &str| shown(squares_of_differences(&named(text)));
-        assert_eq!(
-            squares("(a * a + b * b) / 2 - ((a + b) / 2) * ((a + b) / 2)"),
-            "0.25 * (a - b) * (a - b)"
-        );
-        assert_eq!(squares("a * a - b * b"), "");
     }
 
     #[test]

@@ -1,8 +1,5 @@
-//! The search for a repair at one setting: the rewrites of the blamed lines are tried, the best one is kept,
-//! and the lines that are blamed after it are next. Where no single rewrite helps, several are tried
-//! together.
-//!
-//! This module must not know rows or how errors are measured.
+//! A greedy search for a repair at one setting: the rewrites of the blamed lines are tried, the best one is
+//! kept, and the lines that are blamed after it are next, up to four times.
 
 use super::super::lines::{Culprit, culprits};
 use super::super::subject::Subject;
@@ -20,16 +17,12 @@ use osl_scene::Grid;
 /// How many times smaller the error has to be.
 const ENOUGH: f64 = 10.0;
 /// How many times smaller each rewrite must make it while that is not enough, and after that.
-const FURTHER: [f64; 2] = [1.2, 2.0];
+const FURTHER: [f64; 2] = [1.05, 2.0];
 /// Maximum number of rewrites in a repair.
 const STEPS: usize = 4;
 /// Maximum number of rewrites that are tried for one step.
 const TRIES: usize = 80;
-/// A rewrite may be the first of several if the error grows to no more than the reciprocal of this.
-const NEUTRAL: f64 = 0.5;
-/// Maximum number of rewrites that are tried as the first of several.
-const PAIRS: usize = 8;
-/// Maximum number of them that are tested with other values of the parameters, the best ones first.
+/// Maximum number of rewrites that are tested with other values of the parameters, the best ones first.
 const TESTS: usize = 12;
 
 /// The search for a repair at one setting.
@@ -49,17 +42,8 @@ struct RewriteOutcome {
     dear: Option<(Candidate, Good)>,
     harmful: Option<(Candidate, Good, String)>,
     nearly: Option<(Candidate, f64)>,
-    /// Those that change little by themselves, with the errors.
-    neutral: Vec<(Candidate, Errors)>,
     tried: usize,
     not_tried: usize,
-}
-
-/// Rewrites that help only together.
-struct Together {
-    /// All but the last, with the errors after each.
-    before: Vec<(Candidate, Errors)>,
-    last: (Candidate, Good),
 }
 
 impl Search<'_> {
@@ -85,17 +69,7 @@ impl Search<'_> {
                 });
             }
             let least = FURTHER[usize::from(before.gain(&now) >= ENOUGH)];
-            let mut best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= least);
-            let is_enough = best.as_ref().is_some_and(|(_, good)| before.gain(&good.errors) >= ENOUGH);
-            if repair.steps.is_empty()
-                && !is_enough
-                && let Some(Together { before: earlier, last }) = self.several(tried.neutral, &now)
-            {
-                touched = Some(earlier.iter().flat_map(|(c, _)| c.lines.iter().copied()).collect());
-                let steps = earlier.iter().map(|(c, errors)| step(c, &Good { errors: *errors, ..last.1 }));
-                repair.steps.extend(steps);
-                best = Some(last);
-            }
+            let best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= least);
             let Some((candidate, good)) = best else { break };
             touched.get_or_insert_with(|| candidate.lines.iter().copied().collect());
             now = good.errors;
@@ -126,38 +100,6 @@ impl Search<'_> {
             repair.steps.clear();
         }
         repair
-    }
-
-    /// Tries two rewrites together, or the same one at several places. The first changes little by itself,
-    /// because another fault hides what it gains: a root, for instance, whose argument nearly cancels too.
-    fn several(&self, neutral: Vec<(Candidate, Errors)>, now: &Errors) -> Option<Together> {
-        let mut found: Option<Together> = None;
-        for first in neutral.into_iter().take(PAIRS) {
-            let name = first.0.name;
-            let mut before = vec![first];
-            while before.len() < STEPS && !self.subject.is_over() {
-                let Some((last, _)) = before.last() else { break };
-                let changed = Changed { text: &last.text, notes: true, param: None };
-                let Some(built) = (self.build)(&changed) else { break };
-                let blamed = self.blamed(&built);
-                let touched: Vec<u32> =
-                    before.iter().flat_map(|(candidate, _)| candidate.lines.iter().copied()).collect();
-                let tried = self.step(&last.text, &built.program, (&blamed, Some(&touched)), now);
-                if let Some((last, good)) = &tried.best
-                    && now.gain(&good.errors) >= ENOUGH
-                {
-                    if found.as_ref().is_none_or(|old| better((last, good), (&old.last.0, &old.last.1))) {
-                        found = Some(Together { before, last: (last.clone(), *good) });
-                    }
-                    break;
-                }
-                let best = tried.best.map(|(candidate, good)| (candidate, good.errors));
-                let mut next = best.into_iter().chain(tried.neutral);
-                let Some(same) = next.find(|(candidate, _)| candidate.name == name) else { break };
-                before.push(same);
-            }
-        }
-        found
     }
 
     /// Tries the rewrites of the blamed lines. `touched` are the lines of earlier rewrites, if there are any.
@@ -199,12 +141,9 @@ impl Search<'_> {
                         out.dear = Some((candidate, good));
                     }
                 }
-                Err(Bad::Little(gain, errors)) => {
+                Err(Bad::Little(gain)) => {
                     if gain > 1.0 && out.nearly.as_ref().is_none_or(|(_, other)| gain > *other) {
-                        out.nearly = Some((candidate.clone(), gain));
-                    }
-                    if gain >= NEUTRAL {
-                        out.neutral.push((candidate, errors));
+                        out.nearly = Some((candidate, gain));
                     }
                 }
                 Err(Bad::Stops | Bad::Harms | Bad::Differs) => {}

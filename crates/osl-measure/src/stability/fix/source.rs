@@ -3,9 +3,11 @@
 //!
 //! This module must not know the table of rewrites.
 
-use super::components::component;
-use super::term::{COMPONENTS, Head, Reader, Term, product, sum, within};
-use osl_hir::hir::{Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, VarId, VarKind};
+use super::substitution::Place;
+use super::term::{Reader, within};
+use osl_hir::hir::{
+    Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, Var, VarId, VarKind,
+};
 use osl_hir::lint::{bodies, each_stmt};
 use osl_syntax::ast::BinaryOp;
 use osl_syntax::span::Span;
@@ -29,22 +31,27 @@ pub(crate) struct Source<'p> {
     pub(crate) reader: Reader<'p>,
     /// The text without comments, strings and lines of the preprocessor, which are blank.
     bare: String,
-    /// The value of each local that is declared with one.
-    values: BTreeMap<VarId, &'p Expr>,
+    /// What locals and their parts are declared with, or assigned in a statement of its own.
+    pub(super) definitions: BTreeMap<Place, Vec<Definition<'p>>>,
     /// The calls of functions of the source.
-    calls: BTreeMap<(u32, u32), &'p Expr>,
+    pub(super) calls: BTreeMap<(u32, u32), &'p Expr>,
     /// Where each variable is written after its declaration.
-    writes: BTreeMap<VarId, Vec<Span>>,
+    writes: BTreeMap<VarId, Vec<(Place, Span)>>,
     /// The loops.
     loops: Vec<Span>,
     /// The offsets at which the lines begin.
     starts: Vec<usize>,
     /// How many more variables may be opened in the current expression.
-    left: Cell<usize>,
+    pub(super) left: Cell<usize>,
 }
 
-/// Maximum number of variables that are opened in one expression.
-const OPENED: usize = 48;
+/// What a place is set to.
+#[derive(Clone, Copy)]
+pub(super) struct Definition<'p> {
+    pub(super) value: &'p Expr,
+    /// For an assignment the statements among which it is; `None` for a declaration.
+    pub(super) scope: Option<Span>,
+}
 
 /// The expressions of a statement, without those of the statements in it.
 pub(crate) fn own_exprs(stmt: &Stmt) -> Vec<&Expr> {
@@ -82,23 +89,60 @@ impl<'p> Source<'p> {
             program,
             reader: Reader { text },
             bare: bare(text),
-            values: BTreeMap::new(),
+            definitions: BTreeMap::new(),
             calls: BTreeMap::new(),
             writes: BTreeMap::new(),
             loops: Vec::new(),
             starts: std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect(),
-            left: Cell::new(OPENED),
+            left: Cell::new(0),
         };
         for body in bodies(program) {
+            source.define(body);
             each_stmt(body, &mut |stmt| source.note(stmt));
         }
         source
     }
 
-    fn note(&mut self, stmt: &'p Stmt) {
-        if let StmtKind::Declare(var, Some(Init::Value(value))) = &stmt.kind {
-            self.values.insert(*var, value);
+    /// Collects the definitions in a list of statements.
+    fn define(&mut self, stmts: &'p [Stmt]) {
+        let (Some(first), Some(last)) = (stmts.first(), stmts.last()) else { return };
+        let scope = Span::new(first.span.start, last.span.end);
+        for stmt in stmts {
+            match &stmt.kind {
+                StmtKind::Declare(var, Some(value)) => self.define_as((*var).into(), value, None),
+                StmtKind::Expr(Expr { kind: ExprKind::Assign(place, value), .. }) => {
+                    let is_local = |var: &Var| var.kind == VarKind::Local;
+                    let (to, is_exact) = Place::around(place.var, &place.path);
+                    if is_exact && self.program.vars.get(place.var.0 as usize).is_some_and(is_local) {
+                        self.define_as(to, value, Some(scope));
+                    }
+                }
+                StmtKind::Block(inner) | StmtKind::Loop { body: inner, .. } => self.define(inner),
+                StmtKind::If(_, then, otherwise) => {
+                    self.define(then);
+                    self.define(otherwise);
+                }
+                _ => {}
+            }
         }
+    }
+
+    fn define_as(&mut self, place: Place, init: &'p Init, scope: Option<Span>) {
+        match init {
+            Init::Value(value) => {
+                self.definitions.entry(place).or_default().push(Definition { value, scope });
+            }
+            Init::List(items) => {
+                for (index, item) in items.iter().enumerate() {
+                    if let Some(part) = place.part(index as u32) {
+                        self.define_as(part, item, scope);
+                    }
+                }
+            }
+        }
+    }
+
+    fn note(&mut self, stmt: &'p Stmt) {
         if let StmtKind::Loop { .. } = &stmt.kind {
             self.loops.push(stmt.span);
         }
@@ -109,8 +153,9 @@ impl<'p> Source<'p> {
                 }
             });
         }
-        let mut written: Vec<(VarId, Span)> = Vec::new();
-        let mut write = |place: &Lvalue, span: Span| written.push((place.var, span));
+        let mut written: Vec<(Place, Span)> = Vec::new();
+        let mut write =
+            |place: &Lvalue, span: Span| written.push((Place::around(place.var, &place.path).0, span));
         for e in own_exprs(stmt) {
             each(e, &mut |e| match &e.kind {
                 ExprKind::Assign(place, _) | ExprKind::Step { place, .. } => write(place, e.span),
@@ -129,8 +174,8 @@ impl<'p> Source<'p> {
                 _ => {}
             });
         }
-        for (var, span) in written {
-            self.writes.entry(var).or_default().push(span);
+        for (place, span) in written {
+            self.writes.entry(place.var).or_default().push((place, span));
         }
     }
 
@@ -147,14 +192,16 @@ impl<'p> Source<'p> {
         &self.bare
     }
 
-    /// Where a variable is written after its declaration.
-    pub(crate) fn writes(&self, var: VarId) -> &[Span] {
-        self.writes.get(&var).map_or(&[], Vec::as_slice)
+    /// Where a variable or a part of it is written after its declaration.
+    pub(crate) fn writes(&self, place: impl Into<Place>) -> impl Iterator<Item = Span> {
+        let place = place.into();
+        let all = self.writes.get(&place.var).into_iter().flatten();
+        all.filter(move |(written, _)| written.overlaps(place)).map(|(_, span)| *span)
     }
 
     /// The value with which a local is declared.
     pub(crate) fn value(&self, var: VarId) -> Option<&'p Expr> {
-        self.values.get(&var).copied()
+        self.definitions.get(&var.into())?.iter().find(|found| found.scope.is_none()).map(|found| found.value)
     }
 
     /// All expressions of the main file.
@@ -289,36 +336,11 @@ impl<'p> Source<'p> {
             let hidden = self.program.vars.iter().any(|other| {
                 Some(&other.name) == name && other.span.start > e.span.end && other.span.start < at.start
             });
-            let changes = self.writes(place.var).iter().any(|w| w.end > e.span.start && w.start < end);
+            let (place, _) = Place::around(place.var, &place.path);
+            let changes = self.writes(place).any(|w| w.end > e.span.start && w.start < end);
             fits &= !hidden && !changes;
         });
         fits
-    }
-
-    /// Whether a term calls functions of the source.
-    pub(super) fn calls(&self, term: &Term) -> bool {
-        let mut calls = false;
-        term.each(&mut |part| calls |= part.call.is_some());
-        calls
-    }
-
-    /// The variables of a term that have a value which still holds there.
-    pub(super) fn known(&self, term: &Term) -> Vec<VarId> {
-        let mut out = Vec::new();
-        term.each(&mut |part| {
-            if let Some((var, at)) = part.var
-                && self.definition(var, at).is_some()
-                && !out.contains(&var)
-            {
-                out.push(var);
-            }
-        });
-        out
-    }
-
-    fn definition(&self, var: VarId, at: Span) -> Option<&'p Expr> {
-        let value = self.value(var).filter(|_| self.writes(var).is_empty())?;
-        self.lasts(value, at).then_some(value)
     }
 
     /// The line, from 1, in which a span of the main file begins.
@@ -326,88 +348,10 @@ impl<'p> Source<'p> {
         let at = span.start as usize;
         (at <= self.reader.text.len()).then(|| self.starts.partition_point(|start| *start <= at) as u32)
     }
-
-    /// The term with the values of some variables in their place, to this depth. Their texts remain the
-    /// names.
-    pub(super) fn opened(&self, term: &Term, vars: Opening, depth: usize) -> Term {
-        self.left.set(OPENED);
-        self.open(term, vars, depth)
-    }
-
-    fn open(&self, term: &Term, vars: Opening, depth: usize) -> Term {
-        if depth == 0 {
-            return term.clone();
-        }
-        if let Some((var, at)) = term.var {
-            let chosen = vars.opens(var) && self.left.get() > 0;
-            let value = self.definition(var, at).filter(|_| chosen).and_then(|value| self.reader.term(value));
-            return match value {
-                Some(value) => {
-                    self.left.set(self.left.get().saturating_sub(1));
-                    let value = self.open(&value, vars, depth - 1);
-                    let covers = value.covers.iter().chain(&term.covers).copied().collect();
-                    let ty = term.ty;
-                    // The variable itself may be opened elsewhere, but not twice here.
-                    Term { text: term.text.clone(), binds: term.binds, covers, ty, var: None, ..value }
-                }
-                None => term.clone(),
-            };
-        }
-        if let Some(call) = term.call
-            && !matches!(vars, Opening::Only(_))
-            && self.left.get() > 0
-            && let Some(value) = self.calls.get(&(call.start, call.end)).and_then(|call| self.inlined(call))
-        {
-            self.left.set(self.left.get().saturating_sub(1));
-            let value = self.open(&value, vars, depth - 1);
-            let covers = value.covers.iter().chain(&term.covers).copied().collect();
-            return Term { text: value.text.clone(), covers, ty: term.ty, call: None, ..value };
-        }
-        let parts: Vec<Term> = term.parts.iter().map(|part| self.open(part, vars, depth)).collect();
-        let again = |made: Term| Term {
-            text: term.text.clone(),
-            binds: term.binds,
-            covers: made.covers.iter().chain(&term.covers).copied().collect(),
-            ty: term.ty,
-            ..made
-        };
-        match &term.head {
-            Head::Sum(flags) => again(sum(flags.iter().copied().zip(parts).collect())),
-            Head::Product(flags) => again(product(flags.iter().copied().zip(parts).collect())),
-            Head::Call(name) => {
-                let index = COMPONENTS.iter().position(|own| own == &&**name);
-                let known = index.and_then(|index| component(index, parts.first()?));
-                // The component of a variable without a known value is itself.
-                match known.filter(|known| !matches!(known.head, Head::Call(ref own) if own == name)) {
-                    Some(known) => again(known),
-                    None => Term { parts, ..term.clone() },
-                }
-            }
-            _ => Term { parts, ..term.clone() },
-        }
-    }
 }
 
-fn holds(outer: Span, inner: Span) -> bool {
+pub(super) fn holds(outer: Span, inner: Span) -> bool {
     outer.start <= inner.start && inner.end <= outer.end
-}
-
-/// Which variables are opened: replaced by their values.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Opening {
-    All,
-    Only(VarId),
-    Except(VarId),
-}
-
-impl Opening {
-    fn opens(self, var: VarId) -> bool {
-        match self {
-            Opening::All => true,
-            Opening::Only(own) => own == var,
-            Opening::Except(own) => own != var,
-        }
-    }
 }
 
 /// The text with comments, strings and lines of the preprocessor blanked, byte for byte.

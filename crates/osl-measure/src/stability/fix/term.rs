@@ -4,7 +4,8 @@
 //! ([`parse`]). A term of a shader remembers its source text, so that a rewrite keeps the author's spelling.
 //! This module must not know rows, errors or edits.
 
-use osl_hir::hir::{Expr, ExprKind, Step, VarId};
+use super::substitution::Place;
+use osl_hir::hir::{Expr, ExprKind, Step};
 use osl_ir::types::{Base, Type};
 use osl_syntax::ast::{self, Ast, BinaryOp, UnaryOp};
 use osl_syntax::span::Span;
@@ -58,7 +59,7 @@ pub(super) struct Term {
     /// Whether it can be evaluated any number of times.
     pub(super) is_pure: bool,
     /// The variable that it reads, and where.
-    pub(super) var: Option<(VarId, Span)>,
+    pub(super) var: Option<(Place, Span)>,
     /// Where it calls a function of the source.
     pub(super) call: Option<Span>,
 }
@@ -213,9 +214,9 @@ impl Reader<'_> {
         let mut term = found.unwrap_or_else(|| Term::new(Head::Leaf(text.as_str().into()), Vec::new()));
         term.is_pure = is_pure(e);
         if let ExprKind::Read(place) = &e.kind
-            && place.path.is_empty()
+            && let (place, true) = Place::around(place.var, &place.path)
         {
-            term.var = Some((place.var, e.span));
+            term.var = Some((place, e.span));
         }
         if matches!(e.kind, ExprKind::Call(..)) {
             term.call = Some(e.span);
@@ -259,7 +260,7 @@ impl Reader<'_> {
     }
 
     /// The term of a variable that is read at this place.
-    pub(super) fn variable(&self, var: VarId, ty: Option<Type>, at: Span, name: &str) -> Term {
+    pub(super) fn variable(&self, var: Place, ty: Option<Type>, at: Span, name: &str) -> Term {
         Term {
             text: Some(name.into()),
             covers: vec![at],
@@ -287,11 +288,12 @@ impl Reader<'_> {
                 _ => None,
             },
             ExprKind::Read(place) => {
-                let [Step::Component(index)] = &place.path[..] else { return None };
+                let [path @ .., Step::Component(index)] = &place.path[..] else { return None };
                 let ExprKind::Int(index @ 0..=2) = index.kind else { return None };
+                let (whole, true) = Place::around(place.var, path) else { return None };
                 let written = self.text.get(e.span.start as usize..e.span.end as usize)?;
-                let name = written.split('[').next()?.trim();
-                let whole = self.variable(place.var, None, e.span, name);
+                let (name, _) = written.rsplit_once('[')?;
+                let whole = self.variable(whole, None, e.span, name.trim());
                 Some(Term::new(Head::Call(COMPONENTS[index as usize].into()), vec![whole]))
             }
             ExprKind::Triple(parts) if e.ty.is_triple() && within(&parts.each_ref()) => {

@@ -6,7 +6,8 @@
 use super::candidates::{Candidate, DEPTH, insertion, placed};
 use super::loops::{Adding, additions, is_zero, outermost};
 use super::matching::{PatternMatch, find};
-use super::source::{Opening, Site, Source};
+use super::source::{Site, Source};
+use super::substitution::Opening;
 use super::term::{Head, Term, parse, product, word};
 use super::writing::{show, with_factors, with_rest};
 use osl_hir::hir::{StmtKind, VarId};
@@ -53,7 +54,7 @@ fn pair<'l, 'p>(
     let is_plain = |adding: &Adding<'_>| {
         let var = adding.place.var;
         let starts_at_zero = source.value(var).is_some_and(is_zero);
-        adding.in_every_round && !adding.is_subtracted && starts_at_zero && source.writes(var).len() == 1
+        adding.in_every_round && !adding.is_subtracted && starts_at_zero && source.writes(var).count() == 1
     };
     let same_rounds = values.rounds.last()?.stmt.span == squares.rounds.last()?.stmt.span
         && outermost(source, values)?.stmt.span == outermost(source, squares)?.stmt.span;

@@ -3,9 +3,9 @@
 //!
 //! This module must not know where the text goes.
 
-use super::components::named;
 use super::matching::PatternMatch;
 use super::polynomial;
+use super::substitution::named;
 use super::term::{COMPONENTS, Head, Term, binds, negative, sum};
 use osl_syntax::ast::BinaryOp;
 
