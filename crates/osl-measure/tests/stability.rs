@@ -125,6 +125,19 @@ fn numeric_events_are_noticed() {
     assert!(report.noticed[0].why.starts_with("overflows an int at "), "{}", report.noticed[0].why);
 }
 
+/// The error is in the derivative of the search. The derivative of a jump is alike in both arithmetics.
+#[test]
+fn a_derivative_of_what_jumps_is_no_culprit() {
+    let text = "shader s(output float r = 0, output float edge = 0)\n{\n    \
+                float knots[7] = {0, 0, 0.2, 0.5, 0.7, 1, 1};\n    \
+                r = Dx(splineinverse(\"bspline\", 0.1 + 0.8 * u, knots));\n    \
+                edge = Dx(step(0.5, u));\n}\n";
+    let report = examine("s.osl", text, &[]).report;
+    assert!(report.trials[0].outcomes[0].worst > 1e-4, "{:?}", report.trials[0]);
+    assert!(report.culprits.iter().all(|c| c.line != 5), "{:?}", report.culprits);
+    assert!(report.noticed.iter().any(|c| (c.line, c.what.as_str()) == (5, "Dx")), "{:?}", report.noticed);
+}
+
 /// 4096 + 1/3 is rounded to a multiple of 2^-11, and the difference magnifies this 8192 times: from half a
 /// unit in the last place, 2^-24, to (683 / 2048) / (1 / 3) - 1 = 2^-11.
 #[test]

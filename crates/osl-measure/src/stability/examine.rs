@@ -1,6 +1,7 @@
-//! The whole examination: all sweeps, their findings, and the lines to blame.
+//! The examination of a shader: the given setting, the sweeps around it, and the lines to blame in each.
 
 use super::Report;
+use super::discontinuities::FUNCTIONS;
 use super::lines::{BlamedLines, Culprit, culprits};
 use super::oracle::{NotEnough, not_enough};
 use super::subject::{Base, Planes, Subject};
@@ -74,81 +75,33 @@ pub fn examine(
         return examined;
     }
     let Baseline { first, given, found, not_enough } = given;
-    let mut trials = vec![first];
-    let mut findings = vec![as_given(&trials[0])];
+    let BlamedLines { blamed, noticed, skipped } = found;
+    let mut findings = vec![as_given(&first)];
     findings.extend(unknown(not_enough.as_ref()));
-    let BlamedLines { blamed, noticed, mut skipped } = found;
-    let mut beyond: Vec<Culprit> = Vec::new();
-    let mut far = None;
-    let mut settings = Vec::new();
-    let mut not_examined: Vec<String> = Vec::new();
-    // What ran out of time is left out as a whole.
-    let ends = |what: &str, list: &mut Vec<String>| {
-        let is_over = subject.is_over();
-        if is_over {
-            list.push(what.to_string());
-        }
-        is_over
+    let mut sweeps = Sweeps {
+        subject,
+        grid,
+        tolerance,
+        trials: vec![first],
+        findings,
+        beyond: Vec::new(),
+        skipped,
+        far: None,
+        settings: Vec::new(),
+        not_examined: Vec::new(),
     };
-    ends(LINES, &mut not_examined);
-    for (setting, name, decade) in [OFFSET, SCALE] {
-        if ends(name, &mut not_examined) {
-            continue;
-        }
-        let swept = sweep(subject, grid, tolerance, (setting, name), (decade, &trials[0]));
-        if ends(name, &mut not_examined) {
-            continue;
-        }
-        // Just beyond the range, errors still have single causes.
-        if let Some(by) = swept.wrong {
-            settings.push(setting(by));
-            let (_, planes) = measure(subject, &subject.base, grid, setting(by), tolerance);
-            let found = culprits(subject, grid, &setting(by), &planes, sources, true);
-            skipped += found.skipped;
-            beyond.extend(found.blamed.into_iter().chain(found.noticed));
-            if name == "offset" {
-                far = Some((by, planes));
-            }
-        }
-        trials.extend(swept.trials);
-        findings.push(swept.finding);
+    sweeps.is_over(LINES);
+    for knobs in [OFFSET, SCALE] {
+        sweeps.coordinates(knobs, sources);
     }
-    findings.push(resolution(grid));
-    if subject.base.differentiates && !ends("footprint", &mut not_examined) {
-        let (setting, name, decade) = FOOTPRINT;
-        let swept = sweep(subject, grid, tolerance, (setting, name), (decade, &trials[0]));
-        if !ends(name, &mut not_examined) {
-            trials.extend(swept.trials);
-            findings.push(swept.finding);
-        }
+    sweeps.findings.push(resolution(grid));
+    if subject.base.differentiates {
+        sweeps.sweep(FOOTPRINT);
     }
-    let mut passed_on: Vec<&str> = Vec::new();
-    for knob in knobs {
-        if ends(&knob.name, &mut not_examined) {
-            continue;
-        }
-        let turned = turn((subject, grid), tolerance, knob, variant, &trials[0]);
-        if ends(&knob.name, &mut not_examined) {
-            continue;
-        }
-        if turned.passes_on {
-            passed_on.push(&knob.name);
-        }
-        trials.extend(turned.trials);
-        findings.extend(turned.finding);
-    }
-    findings.extend(passing_on(&passed_on));
-    findings.extend(not_followed(skipped));
-    // A line is told once.
-    let is_new = |line: &Culprit, told: &[Culprit]| {
-        !told.iter().any(|other| (&other.file, other.line) == (&line.file, line.line))
-    };
-    let mut once: Vec<Culprit> = Vec::new();
-    for line in beyond {
-        if is_new(&line, &blamed) && is_new(&line, &noticed) && is_new(&line, &once) {
-            once.push(line);
-        }
-    }
+    sweeps.parameters(knobs, variant);
+    sweeps.findings.extend(not_followed(sweeps.skipped));
+    let Sweeps { trials, findings, beyond, far, settings, not_examined, .. } = sweeps;
+    let beyond = beyond_only(beyond, &blamed, &noticed);
     let report = Report {
         shader: shader.to_string(),
         tolerance,
@@ -156,13 +109,104 @@ pub fn examine(
         findings,
         culprits: blamed,
         noticed,
-        beyond: once,
+        beyond,
         not_enough,
         not_examined,
         left_out: subject.base.left_out.clone(),
         repair: None,
     };
     Examined { report, given, far, beyond: settings }
+}
+
+/// The lines that fail beyond the right ranges, each once, without those that are named at the given setting.
+fn beyond_only(beyond: Vec<Culprit>, blamed: &[Culprit], noticed: &[Culprit]) -> Vec<Culprit> {
+    let mut once: Vec<Culprit> = Vec::new();
+    for line in beyond {
+        let mut named = blamed.iter().chain(noticed).chain(&once);
+        if !named.any(|other| (&other.file, other.line) == (&line.file, line.line)) {
+            once.push(line);
+        }
+    }
+    once
+}
+
+/// The sweeps of an examination, and what they found so far. The first trial is that of the given setting.
+struct Sweeps<'a> {
+    subject: &'a Subject<'a>,
+    grid: &'a Grid,
+    tolerance: f64,
+    trials: Vec<Trial>,
+    findings: Vec<Finding>,
+    /// The lines that fail just beyond the right ranges.
+    beyond: Vec<Culprit>,
+    /// The number of points that were not followed.
+    skipped: usize,
+    far: Option<(f64, Planes)>,
+    settings: Vec<Setting>,
+    not_examined: Vec<String>,
+}
+
+impl Sweeps<'_> {
+    /// Whether the time is over. What ran out of time is left out as a whole.
+    fn is_over(&mut self, what: &str) -> bool {
+        let is_over = self.subject.is_over();
+        if is_over {
+            self.not_examined.push(what.to_string());
+        }
+        is_over
+    }
+
+    /// Sweeps one number: the value next to the right range at which points are wrong.
+    fn sweep(&mut self, (setting, name, decade): Knobs) -> Option<f64> {
+        if self.is_over(name) {
+            return None;
+        }
+        let first = self.trials.first()?;
+        let swept = sweep(self.subject, self.grid, self.tolerance, (setting, name), (decade, first));
+        if self.is_over(name) {
+            return None;
+        }
+        self.trials.extend(swept.trials);
+        self.findings.push(swept.finding);
+        swept.wrong
+    }
+
+    /// Sweeps a change of the coordinates, and blames lines just beyond the right range, where errors still
+    /// have single causes.
+    fn coordinates(&mut self, knobs: Knobs, sources: &SourceMap) {
+        let (setting, name, _) = knobs;
+        let Some(by) = self.sweep(knobs) else { return };
+        self.settings.push(setting(by));
+        let base = &self.subject.base;
+        let (_, planes) = measure(self.subject, base, self.grid, setting(by), self.tolerance);
+        let found = culprits(self.subject, self.grid, &setting(by), &planes, sources, true);
+        self.skipped += found.skipped;
+        self.beyond.extend(found.blamed.into_iter().chain(found.noticed));
+        if name == OFFSET.1 {
+            self.far = Some((by, planes));
+        }
+    }
+
+    /// Tries the values of all parameters.
+    fn parameters(&mut self, knobs: &[Knob], variant: &dyn Fn(&str, &str) -> Option<Base>) {
+        let mut passed_on: Vec<&str> = Vec::new();
+        for knob in knobs {
+            if self.is_over(&knob.name) {
+                continue;
+            }
+            let Some(first) = self.trials.first() else { return };
+            let turned = turn((self.subject, self.grid), self.tolerance, knob, variant, first);
+            if self.is_over(&knob.name) {
+                continue;
+            }
+            if turned.passes_on {
+                passed_on.push(&knob.name);
+            }
+            self.trials.extend(turned.trials);
+            self.findings.extend(turned.finding);
+        }
+        self.findings.extend(passing_on(&passed_on));
+    }
 }
 
 /// The examination of the given setting alone: what [`examine`] finds there, without any sweep.
@@ -219,9 +263,11 @@ fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &Source
     let (first, given) = measure(subject, &subject.base, grid, Setting::AsGiven, tolerance);
     let blames = largest_error(&first) >= NOTABLE;
     let mut found = culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
-    // Where no line loses digits, an event is all that can have made the error.
+    // Where no line loses digits, a numeric event is all that can have made the error; a derivative of what
+    // jumps is alike in both arithmetics.
     if blames && found.blamed.is_empty() {
-        found.blamed = std::mem::take(&mut found.noticed);
+        let is_event = |line: &mut Culprit| !FUNCTIONS.contains(&line.what.as_str());
+        found.blamed = found.noticed.extract_if(.., is_event).collect();
     }
     let not_enough = not_enough(subject, grid, &given, sources);
     Baseline { first, given, found, not_enough }

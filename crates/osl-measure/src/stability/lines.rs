@@ -1,16 +1,17 @@
-//! From the blame of instructions to lines of the source.
+//! Ranking of source lines: sums the errors of instructions over the worst points, chooses one instruction
+//! for each line, and puts the lines in the order in which to look at them.
 
-pub use super::charge::Culprit;
+pub use super::wording::Culprit;
 
-use super::blame::blame;
-use super::charge::{Charge, Found, charge, does};
-use super::instruction::{Blame, INEXACT, InstSite};
-use super::jumps::jumps;
+use super::attribution::blame;
+use super::discontinuities::jumps;
 use super::pairs::{Pairs, Side};
-use super::roundings::{LineKey, LineOf, Roundings};
+use super::sensitivity::{LineKey, LineOf, Roundings};
+use super::statistics::{Blame, INEXACT, InstSite};
 use super::subject::{Planes, Subject, Swept};
 use super::sweep::{NOTABLE, errors, percent, range};
 use super::trial::Setting;
+use super::wording::{Charge, Found, charge, does};
 use crate::sanitize::{Kind, events_at};
 use crate::trace::Trace;
 use osl_ir::Span;
@@ -107,13 +108,7 @@ pub fn culprits(
         noticed.put(Charge::seen(span, kind.name(), share, why), sources);
     }
     if subject.base.differentiates {
-        for (span, function, share) in seen_jumps(subject, grid, setting) {
-            let why = format!(
-                "its argument jumps between neighbouring pixels at {} of them, which the derivative does not see",
-                percent(share)
-            );
-            noticed.put(Charge::seen(span, function, share, why), sources);
-        }
+        seen_jumps(subject, grid, setting).into_iter().for_each(|charge| noticed.put(charge, sources));
     }
     BlamedLines {
         blamed: blamed.culprits(setting, sources),
@@ -362,8 +357,8 @@ pub(super) fn spread(grid: &Grid) -> Vec<(usize, usize)> {
     steps(grid.height).flat_map(|y| steps(grid.width).map(move |x| (x, y))).collect()
 }
 
-/// Calls of derivatives across jumps, with the share of the points at which they occur.
-fn seen_jumps(subject: &Subject<'_>, grid: &Grid, setting: &Setting) -> Vec<(Span, &'static str, f64)> {
+/// Calls of derivatives across jumps.
+fn seen_jumps(subject: &Subject<'_>, grid: &Grid, setting: &Setting) -> Vec<Charge> {
     let points = setting.points(grid);
     let mut count: BTreeMap<(Span, &'static str), u32> = BTreeMap::default();
     let (mut all, middle) = (0, [grid.width / 3, grid.height / 3]);
@@ -380,5 +375,13 @@ fn seen_jumps(subject: &Subject<'_>, grid: &Grid, setting: &Setting) -> Vec<(Spa
             here = next;
         }
     }
-    count.into_iter().map(|((span, f), n)| (span, f, f64::from(n) / f64::from(all.max(1)))).collect()
+    let charge = |((span, function), n): ((Span, &'static str), u32)| {
+        let share = f64::from(n) / f64::from(all.max(1));
+        let why = format!(
+            "its argument jumps between neighbouring pixels at {} of them, which the derivative does not see",
+            percent(share)
+        );
+        Charge::seen(span, function, share, why)
+    };
+    count.into_iter().map(charge).collect()
 }

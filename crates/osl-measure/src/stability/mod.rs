@@ -1,43 +1,42 @@
 //! Numerical stability: where a shader's results become wrong, and which line is to blame.
 //!
 //! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
-//! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results; `reach`
-//! says how far they stay right. `blame` follows the error of single points back to the instructions that
-//! made it, `replay` and `roundings` measure what each rounding does to the outputs, `pairs` finds the
-//! instruction that magnifies it on the way, and `repeats` a loop that adds it up; `broken` finds results
-//! that leave the range of floats, and `reduce` knows the functions whose arguments must be small. `oracle`
-//! tests whether double precision may be the truth. `lines`
-//! sums this up by source line, and `charge` says it. `fix` rewrites the lines to blame and proves what that
-//! is worth. This module must not know the command line; [`text`] and [`html`] format a [`Report`].
+//! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results;
+//! `safe_range` says how far they stay right. `attribution` propagates the error of single points back to the
+//! instructions that made it; `replay` and `sensitivity` measure what each rounding does to the outputs.
+//! `pairs` finds the instruction that magnifies a rounding, `loop_growth` a loop that adds it up, `overflow`
+//! results that leave the range of floats, `range_reduction` functions whose arguments must be small, and
+//! `oracle` tests whether double precision may be the truth. `lines` ranks the source lines, and `wording`
+//! explains each. `fix` rewrites the lines to blame and measures what that is worth. [`text`] and [`html`]
+//! format a [`Report`].
 
-mod again;
-mod blame;
-mod broken;
-mod charge;
+mod attribution;
+mod discontinuities;
 mod examine;
 pub mod fix;
 pub mod html;
-mod instruction;
-mod jumps;
 mod lines;
+mod loop_growth;
 mod oracle;
+mod overflow;
 mod pairs;
-mod reach;
-mod reduce;
-mod repeats;
+mod range_reduction;
 mod replay;
-mod roundings;
+mod safe_range;
+mod sensitivity;
+mod statistics;
 mod subject;
 mod sweep;
 pub mod text;
 mod trial;
+mod wording;
 
-pub use broken::Broken;
 pub use examine::{Examined, Knob, examine, examine_given};
-pub use instruction::{Blame, InstSite};
 pub use lines::{BlamedLines, Culprit, culprits};
 pub use oracle::NotEnough;
+pub use overflow::Broken;
 pub use pairs::Partner;
+pub use statistics::{Blame, InstSite};
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};
 pub use sweep::{Finding, measure};
 pub use trial::{Outcome, Setting, Trial};

@@ -3,10 +3,10 @@
 //! Some points are followed three times in double precision, with results that are rounded up or down by
 //! chance. Where the outputs of these runs differ notably, the errors of a report are not known. They are
 //! not known either where the runs agree in the end, but an operand on the way had no right digit: a
-//! recurrence may then have left its path and reached another limit. This module must not know who is blamed.
+//! recurrence may then have left its path and reached another limit.
 
 use super::lines::{WORST, line_key, output_ranges, spread, worst};
-use super::roundings::LineKey;
+use super::sensitivity::LineKey;
 use super::subject::{Planes, Subject};
 use super::sweep::NOTABLE;
 use super::trial::Setting;

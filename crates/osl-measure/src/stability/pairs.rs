@@ -1,11 +1,10 @@
-//! Pairs of instructions: one rounds, and a later one magnifies this rounding.
+//! Amplification: pairs of an instruction that rounds and a later one that magnifies this rounding.
 //!
 //! The error of an output is followed from the output back to the roundings that made it. On the way, each
 //! part of the error remembers the instruction that magnifies it the most. Where parts with different
-//! memories join, the memory of the largest part counts. This module must not know how errors are split into
-//! parts.
+//! memories join, the memory of the largest part counts.
 
-use super::instruction::{Blame, InstSite};
+use super::statistics::{Blame, InstSite};
 use crate::trace::NodeId;
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;

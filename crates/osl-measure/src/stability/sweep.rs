@@ -1,6 +1,6 @@
 //! Sweeps over extreme settings, and what is found at them.
 
-use super::reach::{Reach, reach};
+use super::safe_range::{Reach, reach};
 use super::subject::{Base, Planes, Subject};
 use super::trial::{Outcome, Setting, Trial};
 pub(super) use crate::explain::percent;

@@ -1,4 +1,4 @@
-//! A report as text.
+//! The report of an examination as text: `right for scale up to 1000`, then each line to blame with a caret.
 
 use super::lines::WORST;
 use super::{Culprit, List, Report, Setting};

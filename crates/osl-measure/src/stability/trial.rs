@@ -1,4 +1,4 @@
-//! Settings of a shader, and the outcome at each. This module must not know which settings are tried.
+//! Settings of a shader, and the outcome of a run at each.
 
 use super::subject::Swept;
 use crate::explain::short;

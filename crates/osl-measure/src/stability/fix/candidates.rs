@@ -1,6 +1,4 @@
-//! Rewrites of a shader: every place where a row of the table matches, as edits of the text.
-//!
-//! This module must not know whether a rewrite helps.
+//! Candidates for a repair: every place of the source where a rule matches, as edits of the text.
 
 use super::matching::{PatternMatch, find};
 use super::polynomial::{self, common_factor};

@@ -1,8 +1,7 @@
-//! Judges a changed shader: by how much its errors are smaller, whether it computes the same function,
-//! whether points that were right are still right, and what it costs.
+//! Acceptance test of a changed shader: by how much its errors are smaller, whether it computes the same
+//! function, whether points that were right are still right, and what it costs.
 //!
-//! `reference` compares the outputs at one setting, each component by itself. This module must not know how
-//! the change was found.
+//! `reference` compares the outputs at one setting, each component by itself.
 
 use super::super::subject::{Planes, Programs, Subject, Swept};
 use super::super::trial::Setting;

@@ -1,8 +1,8 @@
-//! Finds the pattern of a row in a term.
+//! Pattern matching modulo commutativity and associativity: finds the pattern of a rule in a term.
 //!
 //! The parts of sums and products may be in any order. A letter stands for any term, and for the same term
 //! wherever it occurs. A pattern that is a sum or product also matches a part of a longer one: the rest is
-//! kept. This module must not know the source text.
+//! kept.
 
 use super::term::{COMMUTE, Head, Term, negative, product, sum};
 use osl_syntax::span::Span;

@@ -1,27 +1,25 @@
 //! Repairs of the lines to blame: rewrites of the source that are tried on the points of the examination.
 //!
-//! `candidates` and `loops` find the places where a known rewrite matches (`rules` is the table of them), and
+//! `candidates` and `sums` find the places where a known rewrite matches (`rules` is the table of them), and
 //! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the
 //! original source in double precision, computes the same function there, leaves right what was right (each
 //! component of each output by itself: `reference`; also with other values of the parameters: `variants`),
-//! and costs less than 1.2 times, or 1.5 times if the error falls more than a thousandfold. `search` adds
-//! others to the best rewrite if one is not enough. [`check`] repeats all tests. This module must not write
-//! files.
+//! and costs less than 1.2 times, or 1.5 times if the error falls more than a thousandfold. `greedy` adds
+//! others to the best rewrite if one is not enough. [`check`] repeats all tests.
 
 mod candidates;
+mod greedy;
 mod judge;
-mod leftover;
-mod loops;
 mod matching;
 mod polynomial;
 mod reference;
 mod rules;
-mod search;
 pub(crate) mod source;
 mod substitution;
+mod sums;
 pub(crate) mod term;
 pub mod text;
-mod variance;
+mod unused;
 mod variants;
 mod writing;
 
@@ -30,12 +28,12 @@ pub use reference::Errors;
 use super::examine::{Examined, Knob};
 use super::subject::Subject;
 use super::trial::Setting;
+use greedy::{Search, worst_lines};
 use judge::Judge;
 use osl_hir::hir::Program;
 use osl_ir::ir::Body;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
-use search::{Search, worst_lines};
 use serde::Serialize;
 use variants::Variants;
 
@@ -198,7 +196,7 @@ pub fn check(
     let settings = settings(examined);
     let lines: Vec<u32> = settings.iter().flat_map(|(_, lines)| lines.iter().copied()).collect();
     let judge = Judge::new(subject, grid, &settings).ok_or("it does not run to its end")?;
-    search::check(&judge, &Variants::new((subject, grid), knobs, text), (changed, &lines), build)
+    greedy::check(&judge, &Variants::new((subject, grid), knobs, text), (changed, &lines), build)
 }
 
 fn nothing(setting: &str) -> Repair {

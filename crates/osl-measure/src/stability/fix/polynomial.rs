@@ -1,8 +1,6 @@
-//! Sums as polynomials: what cancels when products are expanded, powers around their centre, and sums of
-//! squares of differences.
+//! Sums as polynomials: what cancels when products are expanded, and powers around their centre.
 //!
-//! An atom is a term that is no sum, product or number; a monomial is a product of powers of atoms. This
-//! module must not know rows or the text of a shader.
+//! An atom is a term that is no sum, product or number; a monomial is a product of powers of atoms.
 
 use super::term::{Head, Term, binds, product, sum};
 use std::collections::BTreeMap;

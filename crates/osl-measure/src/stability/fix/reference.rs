@@ -1,7 +1,7 @@
 //! The original at one setting, against which the outputs of a changed source are compared: each component of
 //! each output by itself, so that an output that is wrong already hides no harm to another one.
 //!
-//! The truth is the original source in double precision. This module must not know settings or sources.
+//! The truth is the original source in double precision.
 
 use super::super::sweep::range;
 use super::super::trial::SAFE;

@@ -1,7 +1,5 @@
-//! What a rewrite must know of the shader around it: the expressions with their statements, the definitions
-//! of variables that are set once, and where a declaration can be inserted.
-//!
-//! This module must not know the table of rewrites.
+//! Facts about the shader around a rewrite: the expressions with their statements, the definitions and writes
+//! of variables, and where a declaration can be inserted.
 
 use super::substitution::Place;
 use super::term::{Reader, within};

@@ -1,8 +1,7 @@
 //! Expressions as terms: sums and products are lists, so that `a + b - a` has one form however it is written.
 //!
-//! Terms come from the resolved tree of a shader ([`Reader`]) and from the text of a row of the table
-//! ([`parse`]). A term of a shader remembers its source text, so that a rewrite keeps the author's spelling.
-//! This module must not know rows, errors or edits.
+//! Terms come from the resolved tree of a shader ([`Reader`]) and from the text of a rule ([`parse`]). A term
+//! of a shader remembers its source text, so that a rewrite keeps the author's spelling.
 
 use super::substitution::Place;
 use osl_hir::hir::{Expr, ExprKind, Step};

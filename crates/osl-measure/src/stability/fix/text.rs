@@ -1,4 +1,4 @@
-//! A repair as text. This module must not know how it was found.
+//! A repair as text: each rewrite with its errors and its cost, then the diff.
 
 use super::{Errors, Repair, Step};
 use crate::explain::short;

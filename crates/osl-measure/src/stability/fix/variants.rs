@@ -1,9 +1,8 @@
-//! More points and other values of the parameters, at which a repair must not make points wrong that were
-//! right.
+//! Acceptance test on more points and with other values of the parameters: a repair must not make points wrong
+//! that were right.
 //!
 //! A repair is found at the given values, where a root may never be near the number that it is added to, or a
-//! divisor never 0. The truth is again the original source in double precision. This module must not know how
-//! a change was found.
+//! divisor never 0. The truth is again the original source in double precision.
 
 use super::super::examine::Knob;
 use super::super::subject::{Programs, Subject, Swept};

@@ -1,7 +1,5 @@
-//! Writes the replacement of a row: puts terms in place of its letters, removes what cancels, and prints the
-//! result as source text.
-//!
-//! This module must not know where the text goes.
+//! Simplification and printing: puts terms in place of the letters of a rule, removes what cancels, and writes
+//! the result as source text.
 
 use super::matching::PatternMatch;
 use super::polynomial;

@@ -1,8 +1,6 @@
-//! An instruction of the source, and what it is blamed for.
-//!
-//! This module must not know how blame is found.
+//! Error statistics per instruction of the source, summed over the followed points.
 
-use super::broken::Broken;
+use super::overflow::Broken;
 use osl_ir::Span;
 
 /// Weight of rounding error relative to amplified error. It is small, so rounding decides only if nothing is

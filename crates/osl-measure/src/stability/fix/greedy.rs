@@ -10,7 +10,7 @@ use super::judge::{Bad, Good, Judge};
 use super::reference::Errors;
 use super::source::Source;
 use super::variants::Variants;
-use super::{Build, Built, Changed, Repair, Step, leftover, loops, nothing, variance};
+use super::{Build, Built, Changed, Repair, Step, nothing, sums, unused};
 use osl_hir::hir::Program;
 use osl_scene::Grid;
 
@@ -111,9 +111,8 @@ impl Search<'_> {
         now: &Errors,
     ) -> RewriteOutcome {
         let source = Source::new(program, text);
-        let mut list: Vec<(usize, Candidate)> = loops::candidates(&source)
+        let mut list: Vec<(usize, Candidate)> = sums::candidates(&source)
             .into_iter()
-            .chain(variance::candidates(&source))
             .chain(candidates(&source, blamed))
             .filter_map(|candidate| {
                 let rank = blamed.iter().position(|line| candidate.lines.contains(line))?;
@@ -193,7 +192,7 @@ impl Search<'_> {
         // A declaration may have been the only reader of another one.
         for _ in 0..STEPS {
             let Some(built) = (self.build)(&Changed::plain(&text)) else { break };
-            let Some(shorter) = leftover::removed(original, &Source::new(&built.program, &text)) else {
+            let Some(shorter) = unused::removed(original, &Source::new(&built.program, &text)) else {
                 break;
             };
             let Some(built) = (self.build)(&Changed::plain(&shorter)) else { break };

@@ -1,5 +1,5 @@
-//! Finds the cause of an error: follows the difference between the strict and the exact value of an output
-//! back to the instructions that made it.
+//! Error attribution: propagates the error of an output backward through the executed instructions to those
+//! that made it.
 //!
 //! Each executed instruction is asked two questions. *How much of the output's error passes through it?*
 //! Strict arguments replace the exact ones, one after the other. This splits the error of a result into the
@@ -12,17 +12,17 @@
 //! result leaves the range of floats counts like one that amplifies.
 //!
 //! The parts tell where an error may come from, not how much of it: where the operands of a difference share
-//! a rounding, most of it cancels. So `roundings` measures what the rounding of each instruction does to
+//! a rounding, most of it cancels. So `sensitivity` measures what the rounding of each instruction does to
 //! the outputs.
 
-use super::again::{again, difference, differences, relative_error};
-use super::broken::{broken, rounded_once};
-use super::instruction::{Blame, InstSite};
+use super::loop_growth::Users;
+use super::overflow::{broken, rounded_once};
 use super::pairs::{Pairs, Paths};
-use super::reduce::reduces;
-use super::repeats::Users;
+use super::range_reduction::reduces;
 use super::replay::can_round;
-use super::roundings::{LEAST, LineOf, Roundings, Rounds, measured};
+use super::replay::{again, difference, differences, relative_error};
+use super::sensitivity::{LEAST, LineOf, Roundings, Rounds, measured};
+use super::statistics::{Blame, InstSite};
 use crate::trace::{Exact, NodeId, Trace, What};
 use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity};
@@ -55,16 +55,7 @@ pub(super) struct Blames {
 pub(super) fn blame(trace: &Trace, ranges: &[f64], line: &LineOf<'_>, budget: &mut u64) -> Blames {
     let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
     let (mut all, mut largest) = (0.0, 0.0_f64);
-    let shares: Vec<(NodeId, Vec<f64>)> = trace
-        .outputs
-        .iter()
-        .zip(ranges)
-        .flat_map(|((_, _, nodes), range)| nodes.iter().map(move |id| (*id, *range)))
-        .map(|(id, range)| {
-            let share = |e: f64| if e.is_finite() { (e / range).abs().min(1.0) } else { 1.0 };
-            (id, errors(trace, id).into_iter().map(share).collect::<Vec<f64>>())
-        })
-        .collect();
+    let shares = output_errors(trace, ranges);
     for share in shares.iter().flat_map(|(_, list)| list) {
         all += share;
         largest = largest.max(*share);
@@ -134,6 +125,17 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64], line: &LineOf<'_>, budget: &m
         measured.repeats = repeated(trace, of, measured);
     }
     found
+}
+
+/// The errors of the outputs, component by component, as shares of their ranges.
+fn output_errors(trace: &Trace, ranges: &[f64]) -> Vec<(NodeId, Vec<f64>)> {
+    let nodes = trace.outputs.iter().zip(ranges);
+    let nodes = nodes.flat_map(|((_, _, nodes), range)| nodes.iter().map(move |id| (*id, *range)));
+    let of = |(id, range): (NodeId, f64)| {
+        let share = |e: f64| if e.is_finite() { (e / range).abs().min(1.0) } else { 1.0 };
+        (id, errors(trace, id).into_iter().map(share).collect())
+    };
+    nodes.map(of).collect()
 }
 
 /// The instructions of loops that add up the error of a value that they use in each round, with the one that

@@ -1,7 +1,8 @@
-//! Functions that repeat, or that reduce a large range to a small one. Any of them shows the digits behind
-//! the point of its operand, and so magnifies what an earlier instruction rounded away. No other way to write
-//! the function avoids that; the instruction that forms the large operand must. This module must not know
-//! errors.
+//! Range reduction: functions that are periodic, or that take the fraction of their operand.
+//!
+//! Any of them shows the digits behind the point of its operand, and so magnifies what an earlier instruction
+//! rounded away. No other way to write the function avoids that; the instruction that forms the large operand
+//! must.
 
 use crate::trace::{Exact, NodeId, Trace, What};
 use osl_ir::ir::{Kernel, LaneOp};

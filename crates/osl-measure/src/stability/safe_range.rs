@@ -1,8 +1,8 @@
-//! How far a swept number may go from the given setting before points are wrong.
+//! The safe range of a swept number: how far it may go from the given setting before points are wrong.
 //!
 //! The error does not grow evenly with the number: `1000 + u` rounds another way than `900 + u`, and what
 //! overflows may be right again further out. So more than the powers of ten is tried, most of it near the end
-//! of the range. This module must not know what the number changes.
+//! of the range.
 
 use super::trial::Trial;
 

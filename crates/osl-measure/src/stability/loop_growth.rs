@@ -1,10 +1,8 @@
-//! Values whose error a loop adds up: a rounding of them is small, but the loop uses the same wrong value
-//! again and again. A rotation by a small angle that is applied a thousand times is an example.
-//!
-//! This module must not know what the error does to the outputs.
+//! Systematic error growth in loops: a rounding of a value from before the loop is small, but each round uses
+//! the same wrong value. A rotation by a small angle that is applied a thousand times is an example.
 
-use super::again::relative_error;
-use super::roundings::LineOf;
+use super::replay::relative_error;
+use super::sensitivity::LineOf;
 use crate::trace::{NodeId, Trace, What};
 use osl_ir::Span;
 use std::collections::BTreeMap;

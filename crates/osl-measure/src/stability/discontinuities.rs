@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 /// The calls of functions with derivatives: for each place the argument and the result of each call.
 type Calls = BTreeMap<(Span, &'static str), Vec<(Vec<f64>, Vec<f64>)>>;
 
-const FUNCTIONS: [&str; 3] = ["Dx", "Dy", "filterwidth"];
+/// The functions whose derivatives are compared with differences.
+pub(super) const FUNCTIONS: [&str; 3] = ["Dx", "Dy", "filterwidth"];
 
 fn calls(trace: &Trace) -> Calls {
     let mut calls = Calls::default();

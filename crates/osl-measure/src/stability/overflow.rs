@@ -1,10 +1,9 @@
-//! Results that leave the range of floats: the first place where a number becomes infinite, no number, or 0
-//! because it is too small.
+//! Overflow and underflow: the first place where a number becomes infinite, NaN, or 0 because it is too small.
 //!
 //! A result is broken if the operation gives an ordinary number for the same operands in double precision. So
-//! what follows from a broken operand is not broken itself. This module must not know outputs or lines.
+//! what follows from a broken operand is not broken itself.
 
-use super::again::again;
+use super::replay::again;
 use crate::trace::{Exact, NodeId, Trace};
 
 /// How a result left the range of floats.

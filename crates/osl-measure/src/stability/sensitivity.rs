@@ -1,9 +1,9 @@
-//! What roundings do to the outputs of a point: each by itself, those of a line together, and those together
-//! that one instruction magnifies. This module must not know how the error flows.
+//! Sensitivity of the outputs of a point to roundings, by experiment: to each rounding by itself, to those of
+//! a line together, and to those together that one instruction magnifies.
 
-use super::instruction::InstSite;
 use super::pairs::Pairs;
 use super::replay::Replay;
+use super::statistics::InstSite;
 use crate::trace::{NodeId, Trace};
 use osl_ir::Span;
 use std::collections::BTreeMap;

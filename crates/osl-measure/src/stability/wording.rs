@@ -1,10 +1,9 @@
-//! What an instruction is blamed for, in words and numbers. This module must not know how blame is found, or
-//! how lines are ranked.
+//! Wording of a finding: why a line is blamed, as a sentence with its factor, its partner line and its error.
 
-use super::broken::Broken;
-use super::instruction::{Blame, INEXACT, InstSite, ROUNDING};
+use super::overflow::Broken;
 use super::pairs::{self, Pairs, Partner, Side};
-use super::roundings::LineKey;
+use super::sensitivity::LineKey;
+use super::statistics::{Blame, INEXACT, InstSite, ROUNDING};
 use super::sweep::percent;
 use super::trial::Setting;
 use crate::explain::short;

@@ -1,6 +1,4 @@
-//! Declarations that a repair leaves without use: values whose only readers it replaced.
-//!
-//! This module must not know rows.
+//! Dead declarations: removes variables whose only readers a repair replaced.
 
 use super::source::Source;
 use super::term::{computes, is_pure, within};
