@@ -100,6 +100,7 @@ pub fn lod(bytes: &[u8]) -> u64 {
         options: &watched,
         samples: 1,
         tolerance: 0.004,
+        error: 0.2,
         seed: 1,
         pictures: false,
     });

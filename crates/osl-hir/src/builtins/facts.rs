@@ -66,6 +66,8 @@ pub struct Facts {
     pub query: bool,
     /// Whether the options of texture lookups may follow its parameters.
     pub lookup: bool,
+    /// Whether its result depends on the object, the ray or the scene, beyond what the globals of a point say.
+    pub scene: bool,
     /// What its string arguments name.
     pub spaces: Option<Spaces>,
     /// Its form in a compiled shader.
@@ -82,6 +84,7 @@ impl Facts {
         asks: None,
         query: false,
         lookup: false,
+        scene: false,
         spaces: None,
         compiled: Compiled::Own,
         left_out: (0, &[]),
@@ -107,6 +110,11 @@ impl Builtin {
     /// The row of a texture lookup.
     pub(super) const fn lookup(self) -> Builtin {
         Builtin { facts: Facts { lookup: true, ..self.facts }, ..self }
+    }
+
+    /// The row of a function whose result depends on the object, the ray or the scene.
+    pub(super) const fn scene(self) -> Builtin {
+        Builtin { facts: Facts { scene: true, ..self.facts }, ..self }
     }
 
     /// The row, with what its strings name.

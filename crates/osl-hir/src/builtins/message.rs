@@ -39,6 +39,7 @@ pub(super) static ROWS: &[Builtin] = &[
          message of this name and type was set, else 0.",
     )
     .query()
+    .scene()
     .derivatives("zero")
     .extremes(
         "Without a message the result is 0, and `destination` is unchanged. It is a run-time error, \

@@ -24,6 +24,7 @@ pub(super) static ROWS: &[Builtin] = &[
          Returns 1 if there is one of exactly this type, else 0.",
     )
     .query()
+    .scene()
     .derivatives("those that the renderer provides, if it does")
     .extremes(
         "If there is no value of exactly this type, the result is 0, and `destination` is unchanged. \
@@ -38,6 +39,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns 1 if the shader runs for a ray of the kind `name`, else 0. The kinds are camera, \
          shadow, reflection, refraction, diffuse, glossy, subsurface and displacement.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("A name that no renderer knows gives 0.")
     .example("int seen = raytype(\"camera\");"),
@@ -48,6 +50,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "camera"),
         "Returns 1 if the shader runs for a camera ray, else 0.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"camera\").")
     .example("int yes = iscameraray();"),
@@ -58,6 +61,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "diffuse"),
         "Returns 1 if the shader runs for a diffuse ray, else 0.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"diffuse\").")
     .example("int yes = isdiffuseray();"),
@@ -68,6 +72,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "glossy"),
         "Returns 1 if the shader runs for a glossy ray, else 0.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"glossy\").")
     .example("int yes = isglossyray();"),
@@ -78,6 +83,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "shadow"),
         "Returns 1 if the shader runs for a shadow ray, else 0.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("The result is that of raytype(\"shadow\").")
     .example("int yes = isshadowray();"),
@@ -91,6 +97,7 @@ pub(super) static ROWS: &[Builtin] = &[
         },
         "Returns 1 if the surface is seen from behind, else 0.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("The result is 0 on the unit patch.")
     .example("int behind = backfacing();"),
@@ -101,6 +108,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| b.global(Global::SurfaceArea, Kind::Float).into(),
         "Returns the area of the shaded surface. Lights divide their power by it.",
     )
+    .scene()
     .derivatives("zero")
     .extremes(
         "The result is 1 on the unit patch, inf on a plane without end, and 0 if the renderer does not \
@@ -116,6 +124,7 @@ pub(super) static ROWS: &[Builtin] = &[
          layer, 3 to both.",
     )
     .asks(Asks::Connection)
+    .scene()
     .derivatives("none: the result is an int")
     .extremes(
         "An output of the last of several layers counts as connected to a later layer, since its \
@@ -141,6 +150,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns 1 if a ray from `pos` in the direction `dir` hits anything, else 0. Without a scene \
          it hits nothing.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes(
         "The result is 0 for every position and direction, except in `oslrun testshade`, which \
@@ -155,6 +165,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "Returns the number of points within `radius` of `pos`; point clouds are not supported, so \
          the result is 0.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("The result is always 0, and output arrays are unchanged.")
     .example("float near[4]; int n = pointcloud_search(\"dust.ptc\", P, 0.1, 4, \"distance\", near);"),
@@ -166,6 +177,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "Stores the attribute `attr` of the found points in `data`; point clouds are not supported, \
          so the result is 0.",
     )
+    .scene()
     .derivatives("none: the result is an int")
     .extremes("The result is always 0, and `data` is unchanged.")
     .example(

@@ -2,12 +2,14 @@
 //! pixel would make them: `smoothstep`, `step`, and a choice by a comparison.
 //!
 //! The edge is widened by a multiple of the width of a pixel, which stands for the slope of what is compared.
-//! At footprint 1 nothing is added. This module must not know errors.
+//! At footprint 1 nothing is added.
 
 use super::frame::Frame;
 use crate::stability::fix::source::Source;
 use crate::stability::fix::term::binds;
+use osl_hir::builtins::Emit;
 use osl_hir::hir::{Expr, ExprKind};
+use osl_ir::ir::LaneOp;
 use osl_ir::types::Type;
 use osl_syntax::ast::BinaryOp;
 use osl_syntax::diagnostic::Edit;
@@ -58,8 +60,8 @@ fn edge(source: &Source<'_>, e: &Expr) -> Option<Edge> {
         Some(if own < binds::PRODUCT { format!("({text})") } else { text })
     };
     let kind = match &e.kind {
-        ExprKind::Builtin(call) if call.args.iter().all(is_float) => match (call.row.name, &call.args[..]) {
-            ("smoothstep", [low, high, _]) => {
+        ExprKind::Builtin(call) if call.args.iter().all(is_float) => match (call.row.emit, &call.args[..]) {
+            (Emit::Lane(LaneOp::Smoothstep), [low, high, _]) => {
                 // Something is added after each edge.
                 for edge in [low, high] {
                     let (_, own) = source.reader.source(edge)?;
@@ -70,7 +72,7 @@ fn edge(source: &Source<'_>, e: &Expr) -> Option<Edge> {
                 }
                 Kind::Smooth([low.span.end, high.span.end])
             }
-            ("step", [edge, value]) => {
+            (Emit::Lane(LaneOp::Step), [edge, value]) => {
                 Kind::Sharp { edge: plain(source, edge)?, value: plain(source, value)?, results: None }
             }
             _ => return None,

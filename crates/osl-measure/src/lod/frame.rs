@@ -1,6 +1,4 @@
 //! The places of a shader's source where text can be inserted: the ends of its parameters and of its body.
-//!
-//! This module must not know what is inserted.
 
 use crate::stability::fix::source::Source;
 use osl_syntax::diagnostic::Edit;

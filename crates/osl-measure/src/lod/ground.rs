@@ -1,8 +1,6 @@
-//! The points on which levels are measured: an image whose pixels are larger in pattern space, so that it
-//! shows more of the pattern. Inputs that depend on the surface and the view take random values, so that a
-//! mean over the points is a mean over surfaces.
-//!
-//! This module must not know shaders or errors.
+//! The points on which levels are measured: an image whose pixels are larger in pattern space, square or
+//! elongated, so that it shows more of the pattern. Inputs that depend on the surface and the view take random
+//! values, so that a mean over the points is a mean over surfaces.
 
 use crate::sample::{PixelPosition, Surface};
 use osl_exec::{Blocks, Datum, PointSource};
@@ -10,6 +8,52 @@ use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use osl_scene::Grid;
 use pxfm::{f_cosf, f_sinf};
+use serde::Serialize;
+
+/// The sides of a pixel along both axes, as multiples of those in the given image.
+pub(super) type Sides = [f64; 2];
+
+/// How the size of a pixel is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum By {
+    /// By its larger side.
+    #[default]
+    Side,
+    /// By the square root of its area.
+    Area,
+}
+
+impl By {
+    /// The size of a pixel.
+    pub(super) fn of(self, [x, y]: Sides) -> f64 {
+        match self {
+            By::Side => x.max(y),
+            By::Area => (x * y).sqrt(),
+        }
+    }
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            By::Side => "the larger side",
+            By::Area => "the square root of the area",
+        }
+    }
+}
+
+/// How many times as long as wide the elongated pixels are.
+const ASPECTS: [f64; 2] = [4.0, 16.0];
+
+/// Pixels of this size: a square one, and elongated ones along each axis with sides up to `largest`.
+pub(super) fn shapes(size: f64, by: By, largest: f64) -> Vec<Sides> {
+    let elongated = ASPECTS.into_iter().flat_map(|aspect| {
+        let long = size * if by == By::Area { aspect.sqrt() } else { 1.0 };
+        [[long, long / aspect], [long / aspect, long]]
+    });
+    let fits = |sides: &Sides| sides.iter().all(|side| *side <= largest);
+    std::iter::once([size; 2]).chain(elongated.filter(fits)).collect()
+}
 
 /// Pixels of a grid, each seen from a direction of its own or all as in a run.
 #[derive(Clone, Debug)]
@@ -25,9 +69,12 @@ pub(super) struct Ground {
 const TIME: f32 = 10.0;
 
 impl Ground {
-    /// The grid with pixels that are `footprint` times larger, `shift` images away from its origin.
-    pub(super) fn new(grid: &Grid, footprint: f64, shift: f64, turned: &[Global], seed: u32) -> Ground {
-        let scale = grid.scale.map(|scale| (f64::from(scale) * footprint) as f32);
+    /// The grid with pixels of these sides, `shift` images away from its origin.
+    pub(super) fn new(grid: &Grid, sides: Sides, shift: f64, turned: &[Global], seed: u32) -> Ground {
+        let mut scale = grid.scale;
+        for (scale, side) in scale.iter_mut().zip(sides) {
+            *scale = (f64::from(*scale) * side) as f32;
+        }
         let mut offset = grid.offset;
         for (axis, offset) in offset.iter_mut().enumerate() {
             // The shift differs between the axes, so that nothing on a diagonal repeats.
@@ -185,7 +232,7 @@ mod tests {
     #[test]
     fn directions_are_unit_vectors_that_fit_together() {
         let turned = [Global::N, Global::I, Global::DPdu, Global::DPdv];
-        let ground = Ground::new(&Grid::new(8, 8), 4.0, 0.0, &turned, 1);
+        let ground = Ground::new(&Grid::new(8, 8), [4.0; 2], 0.0, &turned, 1);
         for pixel in 0..64 {
             let [n, i, u, v] = turned.map(|global| ground.turned(global, pixel));
             for a in [n, i, u, v] {
@@ -199,10 +246,20 @@ mod tests {
     }
 
     #[test]
-    fn pixels_of_a_larger_footprint_are_as_many_and_larger() {
-        let (near, far) = (Grid::new(8, 8), Ground::new(&Grid::new(8, 8), 4.0, 2.0, &[], 1));
+    fn larger_pixels_are_as_many_and_have_their_own_sides() {
+        let (near, far) = (Grid::new(8, 8), Ground::new(&Grid::new(8, 8), [4.0, 0.5], 2.0, &[], 1));
         assert_eq!(far.count(), near.count());
         assert_eq!(far.deriv(Global::U, Axis::X)[0], 4.0 * near.deriv(Global::U, Axis::X)[0]);
-        assert_eq!((far.grid.offset[0], far.grid.scale[0]), (8.0, 4.0));
+        assert_eq!((far.grid.offset[0], far.grid.scale), (8.0, [4.0, 0.5]));
+    }
+
+    #[test]
+    fn pixels_of_all_shapes_have_the_same_size() {
+        for by in [By::Side, By::Area] {
+            let all = shapes(16.0, by, 64.0);
+            assert_eq!(all.len(), 5);
+            assert!(all.iter().all(|sides| by.of(*sides) == 16.0), "{all:?}");
+        }
+        assert_eq!(shapes(16.0, By::Area, 32.0), [[16.0; 2], [32.0, 8.0], [8.0, 32.0]]);
     }
 }

@@ -1,10 +1,8 @@
-//! The report as one self-contained HTML page: the levels, the table, the pictures of each footprint side by
-//! side, and the fronts.
+//! The report as one self-contained HTML page: the levels, the table, and the pictures of each footprint side
+//! by side.
 
 use super::report::{MANY, Picture, Report};
 use super::text::{Parts, parts};
-use super::words::percent;
-use crate::explain::plain;
 use crate::markup::escape;
 use crate::page::{END, REPORT, prose, start};
 use crate::tradeoff::Encode;
@@ -17,12 +15,9 @@ pub fn html(report: &Report, encode: Encode<'_>) -> String {
     let _ = write!(page, "<h1>{}</h1>", escape(&title));
     let Parts { before, rows, after } = parts(report);
     sentences(&before, &mut page);
-    if let Some((titles, rows)) = rows.split_first() {
-        table(titles, rows.iter().map(|row| (false, row.to_vec())), &mut page);
-    }
+    table(&rows, &mut page);
     sentences(&after, &mut page);
     if !report.rows.is_empty() {
-        page.push_str("<p>Below, marked rows are the front: nothing else is as cheap and as close.</p>");
         shown_outputs(report, &mut page);
     }
     for row in &report.rows {
@@ -32,11 +27,6 @@ pub fn html(report: &Report, encode: Encode<'_>) -> String {
             page.push_str("<p>No pictures: the time was over (--budget).</p>");
         }
         own.for_each(|picture| side_by_side(picture, encode, &mut page));
-        let ways = row
-            .front
-            .iter()
-            .map(|way| (way.is_best, vec![way.name.clone(), plain(way.cost, 3), percent(way.error)]));
-        table(&["way", "cost in additions", "error of the worst output"], ways, &mut page);
     }
     if let Some(source) = &report.text {
         page.push_str("<h2>The written shader</h2><pre>");
@@ -58,16 +48,13 @@ fn sentences(text: &str, page: &mut String) {
     }
 }
 
-/// A table; a row says whether it is marked.
-fn table(titles: &[impl AsRef<str>], rows: impl Iterator<Item = (bool, Vec<String>)>, page: &mut String) {
-    let cells = |name: &str, cells: &mut dyn Iterator<Item = &str>| -> String {
-        cells.map(|cell| format!("<{name}>{}</{name}>", escape(cell))).collect()
-    };
-    let titles = cells("th", &mut titles.iter().map(AsRef::as_ref));
-    let _ = write!(page, "<div class=wide><table><tr>{titles}</tr>");
-    for (is_marked, row) in rows {
-        let class = if is_marked { " class=front" } else { "" };
-        let _ = write!(page, "<tr{class}>{}</tr>", cells("td", &mut row.iter().map(String::as_str)));
+/// A table, with its titles first.
+fn table(rows: &[[String; 7]], page: &mut String) {
+    page.push_str("<div class=wide><table>");
+    for (at, row) in rows.iter().enumerate() {
+        let name = if at == 0 { "th" } else { "td" };
+        let cells: String = row.iter().map(|cell| format!("<{name}>{}</{name}>", escape(cell))).collect();
+        let _ = write!(page, "<tr>{cells}</tr>");
     }
     page.push_str("</table></div>");
 }
@@ -103,11 +90,10 @@ fn side_by_side(picture: &Picture, encode: Encode<'_>, page: &mut String) {
 mod tests {
     use super::*;
     use crate::lod::Errors;
-    use crate::lod::report::{Front, Row};
+    use crate::lod::report::Row;
 
     fn row(footprint: f64, ns: Option<[f64; 2]>) -> Row {
         let errors = |worst: f64| Errors { outputs: Vec::new(), worst };
-        let front = |name: &str, is_best| Front { name: name.into(), cost: 2817.0, error: 1.732, is_best };
         Row {
             footprint,
             width: footprint,
@@ -117,7 +103,6 @@ mod tests {
             most: 4096,
             ns,
             cheaper: ns.map(|_| 281.7),
-            front: vec![front("original", true), front("level 1", false)],
         }
     }
 
@@ -131,9 +116,11 @@ mod tests {
         Report {
             name: "a<b".into(),
             coordinate: "P".into(),
+            by: crate::lod::By::Side,
             width: 0.1,
             samples: 1,
             tolerance: 0.004,
+            error: 0.1,
             seed: 1,
             reference_samples: 64,
             outputs: ["a", "b", "c"].map(str::to_string).to_vec(),
@@ -141,7 +128,7 @@ mod tests {
             faded_noise: 0,
             noise_width: 0.0,
             soft_edges: 0,
-            levels: Vec::new(),
+            level: None,
             why: vec!["take `--samples 4`".into()],
             text: (!rows.is_empty()).then(|| "shader".to_string()),
             rows,
@@ -164,7 +151,6 @@ mod tests {
         );
         assert!(page.contains("alt=\"b: with levels, 1 sample\""), "{page}");
         assert!(page.contains("<p>Pictures show 2 of the 3 outputs: a, b.</p>"), "{page}");
-        assert!(page.contains("<tr class=front><td>original</td><td>2820</td>"), "{page}");
     }
 
     #[test]
@@ -182,8 +168,8 @@ mod tests {
     }
 
     #[test]
-    fn a_page_without_levels_has_no_front() {
+    fn a_page_without_levels_says_why() {
         let page = page(&report(Vec::new(), &[]));
-        assert!(!page.contains("front:") && page.contains("<code>--samples 4</code>"), "{page}");
+        assert!(page.contains("<code>--samples 4</code>"), "{page}");
     }
 }

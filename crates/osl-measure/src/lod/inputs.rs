@@ -1,10 +1,9 @@
 //! What a shader's outputs depend on: the coordinate in which it repeats, the parameters whose values a mean
 //! is made for, and inputs for which no mean can stand.
-//!
-//! This module must not know errors or levels.
 
 use crate::stability::fix::source::{Source, each, own_exprs};
 use crate::stability::fix::term::{binds, word};
+use osl_hir::builtins::Emit;
 use osl_hir::hir::{Expr, ExprKind, FunctionId, Global, Init, Program, Stmt, StmtKind, VarId, VarKind};
 use osl_hir::lint::each_stmt;
 use osl_ir::ir::Const;
@@ -31,23 +30,12 @@ impl Coordinate {
             Coordinate::Uv => "u and v",
         }
     }
-
-    /// Its components as expressions.
-    pub(super) fn components(&self) -> Vec<String> {
-        match self {
-            Coordinate::Point(name) => (0..3).map(|at| format!("{name}[{at}]")).collect(),
-            Coordinate::Uv => vec!["u".to_string(), "v".to_string()],
-        }
-    }
 }
 
 /// The inputs of a shader.
 #[derive(Clone, Debug)]
 pub(super) struct Inputs {
     pub(super) coordinate: Coordinate,
-    /// Whether nothing else says where a point is. If a shader reads both P and u, they go together at the
-    /// measured points only.
-    pub(super) is_only_place: bool,
     /// Conditions that hold if the parameters have the values of this run.
     pub(super) guards: Vec<String>,
     /// The globals that depend on the surface and the view instead of the coordinate.
@@ -58,19 +46,6 @@ pub(super) struct Inputs {
 
 /// Globals that are given random values, if a shader reads them.
 const TURNED: [Global; 6] = [Global::N, Global::Ng, Global::I, Global::DPdu, Global::DPdv, Global::Time];
-
-/// Functions whose results depend on the object, the ray or the scene.
-const OUTSIDE: [&str; 9] = [
-    "getattribute",
-    "getmessage",
-    "trace",
-    "raytype",
-    "isconnected",
-    "backfacing",
-    "surfacearea",
-    "pointcloud_search",
-    "pointcloud_get",
-];
 
 impl Inputs {
     /// Finds the inputs of a shader; an error says why no mean can stand for its outputs.
@@ -106,11 +81,6 @@ impl Inputs {
         }
         let is_given = |name: &str| given.iter().find(|(given, _)| given == name);
         let (mut guards, mut points) = (Vec::new(), Vec::new());
-        let reads = |global: Global| {
-            let kind = |var: &VarId| program.vars.get(var.0 as usize).map(|v| v.kind);
-            found.direct.iter().any(|var| matches!(kind(var), Some(VarKind::Global(g)) if g == global))
-        };
-        let mut places = usize::from(reads(Global::P)) + usize::from(reads(Global::U) || reads(Global::V));
         for index in params {
             let Some(param) = program.shader.params.get(index as usize) else { continue };
             let Some(var) = program.vars.get(param.var.0 as usize) else { continue };
@@ -119,7 +89,6 @@ impl Inputs {
             } else if let Some(globals) = globals_of(program, &param.init) {
                 // A point that is made of u alone has no size along the other axis.
                 let has = |global: Global| globals.contains(&global);
-                places += usize::from(known.into_iter().any(has));
                 if var.ty.is_triple() && (has(Global::P) || has(Global::U) && has(Global::V)) {
                     points.push(var.name.to_string());
                 }
@@ -138,7 +107,7 @@ impl Inputs {
             }
         };
         let turned = TURNED.into_iter().filter(|global| globals.contains(global)).collect();
-        Ok(Inputs { coordinate, is_only_place: places == 1, guards, turned, leaves: found.leaves })
+        Ok(Inputs { coordinate, guards, turned, leaves: found.leaves })
     }
 }
 
@@ -146,8 +115,6 @@ impl Inputs {
 #[derive(Default)]
 struct Reads {
     vars: BTreeSet<VarId>,
-    /// Those of them that the statements themselves read, not a default.
-    direct: BTreeSet<VarId>,
     outside: Option<&'static str>,
     leaves: bool,
 }
@@ -194,20 +161,18 @@ impl Reads {
         each(e, &mut |e| match &e.kind {
             ExprKind::Read(place) => {
                 self.vars.insert(place.var);
-                self.direct.insert(place.var);
             }
             ExprKind::Call(id, args) => {
                 calls.push(*id);
                 for arg in args {
                     if let osl_hir::hir::Arg::Alias(place) = arg {
                         self.vars.insert(place.var);
-                        self.direct.insert(place.var);
-                    }
+                            }
                 }
             }
             ExprKind::Builtin(call) => {
-                self.leaves |= call.row.name == "exit";
-                self.outside = self.outside.or(OUTSIDE.into_iter().find(|name| *name == call.row.name));
+                self.leaves |= matches!(call.row.emit, Emit::Exit);
+                self.outside = self.outside.or(call.row.facts.scene.then_some(call.row.name));
             }
             _ => {}
         });

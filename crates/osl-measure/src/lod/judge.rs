@@ -1,11 +1,10 @@
 //! The errors of levels: reference values of pixels at each footprint, and how far a program is from them.
 //!
 //! There are two sets of points, at other positions and with other samples: levels are made and chosen on
-//! the first, and the second only judges them. A third set is the given image itself. This module must not
-//! know what a level is made of.
+//! the first, and the second only judges them. A third set is the given image itself.
 
-use super::ground::Ground;
-use super::off::{BLOCKS, Off, Square, shift};
+use super::errors::{BLOCKS, Off, Square, shift};
+use super::ground::{Ground, Sides};
 use crate::cost::cost;
 use crate::sample::{Filter, Oracle, Pattern, Shading, oracle, reaches, some_pixels};
 use osl::stages::{self, Compiled};
@@ -20,8 +19,11 @@ use std::ops::Range;
 /// The footprints that are measured: a pixel is so many times larger than in the given image.
 pub(super) const FOOTPRINTS: [f64; 9] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0];
 
-/// Pixels of each footprint.
-const PIXELS: usize = 1024;
+/// The largest side that is measured.
+pub(super) const LARGEST: f64 = 256.0;
+/// Pixels of a set of square ones, and of elongated ones.
+const SQUARE: usize = 1024;
+const ELONGATED: usize = 512;
 /// Smallest and largest number of samples of a reference value.
 const SAMPLES: (u32, u32) = (32, 128);
 /// The work of all reference values, in additions: it sets the number of samples, so that this number does
@@ -92,26 +94,14 @@ pub(super) struct Output {
     pub(super) ends: [f32; 2],
 }
 
-/// The reference values at a footprint.
+/// The reference values of pixels of one shape.
 pub(super) struct Truth {
-    pub(super) footprint: f64,
-    set: Set,
+    pub(super) sides: Sides,
+    pub(super) set: Set,
     ground: Ground,
     oracle: Oracle,
     /// The block of the picture in which each pixel lies.
     blocks: Vec<usize>,
-}
-
-impl Truth {
-    /// The reference values of a plane: the mean over each pixel.
-    pub(super) fn wanted(&self, plane: usize) -> &[f32] {
-        self.oracle.values.get(plane).map_or(&[], Vec::as_slice)
-    }
-
-    /// The block of the picture in which each pixel lies.
-    pub(super) fn blocks(&self) -> &[usize] {
-        &self.blocks
-    }
 }
 
 impl<'a> Judge<'a> {
@@ -125,7 +115,7 @@ impl<'a> Judge<'a> {
         let mut judge =
             Judge { services, options, grid, turned, seed, outputs: Vec::new(), samples: SAMPLES.0 };
         let variant = judge.variant(original);
-        let each = WORK / (2.0 * FOOTPRINTS.len() as f64 * PIXELS as f64 * variant.work().max(1.0));
+        let each = WORK / (2.0 * FOOTPRINTS.len() as f64 * SQUARE as f64 * variant.work().max(1.0));
         judge.samples = 1 << (each.clamp(f64::from(SAMPLES.0), f64::from(SAMPLES.1)) as u32).ilog2();
         judge.outputs = judge.ranges(&variant)?;
         Ok((judge, variant))
@@ -136,7 +126,7 @@ impl<'a> Judge<'a> {
     fn ranges(&self, original: &Variant) -> Result<Vec<Output>, RunError> {
         let mut outputs: Vec<Output> = Vec::new();
         for footprint in [1.0, 4.0, 16.0] {
-            let ground = self.ground(footprint, Set::Fitted);
+            let ground = self.ground([footprint; 2], Set::Fitted);
             let pattern = Pattern::new(1, self.seed);
             let shading = self.shading(original, &ground, &pattern);
             let planes = shading.planes();
@@ -158,7 +148,7 @@ impl<'a> Judge<'a> {
 
     /// Compiles a body for the points.
     pub(super) fn variant(&self, body: Body) -> Variant {
-        let ground = self.ground(1.0, Set::Fitted);
+        let ground = self.ground([1.0; 2], Set::Fitted);
         let options = passes::Options {
             varying: ground.varying().to_vec(),
             derivs: ground.varying_derivs().to_vec(),
@@ -184,8 +174,8 @@ impl<'a> Judge<'a> {
     }
 
     /// The points of a set. Levels are made for all surfaces and views, and must hold for those of a run.
-    pub(super) fn ground(&self, footprint: f64, set: Set) -> Ground {
-        let ground = Ground::new(self.grid, footprint, set.place(self.seed).0, &self.turned, self.seed);
+    pub(super) fn ground(&self, sides: Sides, set: Set) -> Ground {
+        let ground = Ground::new(self.grid, sides, set.place(self.seed).0, &self.turned, self.seed);
         if set == Set::Fitted { ground } else { ground.still() }
     }
 
@@ -207,34 +197,35 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The reference values of a footprint, from samples of the original.
-    pub(super) fn truth(&self, original: &Variant, footprint: f64, set: Set) -> Result<Truth, RunError> {
-        let ground = self.ground(footprint, set);
-        let (pixels, blocks) = self.pixels(footprint, set);
+    /// The reference values of pixels of a shape, from samples of the original.
+    pub(super) fn truth(&self, original: &Variant, sides: Sides, set: Set) -> Result<Truth, RunError> {
+        let ground = self.ground(sides, set);
+        let (pixels, blocks) = self.pixels(sides, set);
         let pattern = Pattern::new(1, self.seed);
         let oracle = oracle(&self.shading(original, &ground, &pattern), &pixels, self.samples)?;
-        Ok(Truth { footprint, set, ground, oracle, blocks })
+        Ok(Truth { sides, set, ground, oracle, blocks })
     }
 
-    /// The columns and rows of a set. The image at footprint 1 is in the first corner of the one at another
-    /// footprint.
-    fn shown(&self, footprint: f64, set: Set) -> [usize; 2] {
-        let shown = |n: usize| match set {
-            Set::Home => ((n as f64 / footprint).ceil() as usize + 1).min(n),
+    /// The columns and rows of a set. The image at footprint 1 is in the first corner of the one with larger
+    /// pixels.
+    fn shown(&self, sides: Sides, set: Set) -> [usize; 2] {
+        let shown = |n: usize, side: f64| match set {
+            Set::Home => ((n as f64 / side).ceil() as usize + 1).min(n),
             _ => n,
         };
-        [self.grid.width, self.grid.height].map(|n| shown(n).max(1))
+        [shown(self.grid.width, sides[0]).max(1), shown(self.grid.height, sides[1]).max(1)]
     }
 
     /// The pixels of a set, and the block of its picture in which each lies.
-    fn pixels(&self, footprint: f64, set: Set) -> (Vec<u32>, Vec<usize>) {
-        let [columns, rows] = self.shown(footprint, set);
+    fn pixels(&self, sides: Sides, set: Set) -> (Vec<u32>, Vec<usize>) {
+        let [columns, rows] = self.shown(sides, set);
         let place = |at: u32| {
             let (x, y) = (at as usize % columns, at as usize / columns);
             let block = |at: usize, n: usize| (at * BLOCKS / n).min(BLOCKS - 1);
             ((y * self.grid.width + x) as u32, block(y, rows) * BLOCKS + block(x, columns))
         };
-        some_pixels(columns * rows, PIXELS, set.place(self.seed).1).into_iter().map(place).unzip()
+        let count = if sides[0] == sides[1] { SQUARE } else { ELONGATED };
+        some_pixels(columns * rows, count, set.place(self.seed).1).into_iter().map(place).unzip()
     }
 
     /// The errors of a program with a number of samples.

@@ -1,25 +1,21 @@
-//! Levels of detail of a shader: one source in which parts are replaced by their means, or by linear forms,
-//! where a pixel covers so much of the pattern that a sample of the original is a worse answer.
+//! Levels of detail of a shader: one source in which all outputs are their means where a pixel covers so much of
+//! the pattern that a sample of the original is a worse answer, and in which noise fades and edges become
+//! softer before.
 //!
-//! `inputs` finds what the outputs depend on, `ground` makes points at larger footprints, `judge` measures
-//! errors there, `off` and `known` test them, `place` measures the coordinate, `linear` fits slopes, `means`,
-//! `noise`, `edges`, `far` and `search` find the levels, and `write` writes the source. The levels are chosen
-//! on some points and judged on others. This module must not write files; [`text`] and [`html`] format a
-//! [`Report`].
+//! `inputs` finds what the outputs depend on, `ground` makes points with larger pixels, `judge` measures errors
+//! there, `errors` and `original` test them, `noise`, `edges` and `search` find what replaces parts of the
+//! shader, and `write` writes the source. All is chosen on some points and judged on others. This module must
+//! not write files; [`text`] and [`html`] format a [`Report`].
 
 mod edges;
-mod far;
+mod errors;
 mod frame;
 mod ground;
 mod html;
 mod inputs;
 mod judge;
-mod known;
-mod linear;
-mod means;
 mod noise;
-mod off;
-mod place;
+mod original;
 mod report;
 mod search;
 mod text;
@@ -29,22 +25,25 @@ mod write;
 
 pub use html::html;
 pub use inputs::GivenParam;
-pub use off::Errors;
-pub use report::{Front, Picture, Report, Row};
+pub use errors::Errors;
+pub use ground::By;
+pub use report::{Level, Picture, Report, Row};
 pub use text::text;
 
+use crate::sample::{Pattern, some_pixels};
 use crate::stability::fix::Built;
 use crate::stability::fix::source::Source;
+use errors::Bounds;
 use frame::Frame;
+use ground::shapes;
 use inputs::Inputs;
-use judge::{FOOTPRINTS, Judge, Variant};
-use known::Known;
+use judge::{FOOTPRINTS, Judge, LARGEST, Set, Variant};
+use original::{Original, Sizes};
 use osl_exec::{RunError, RunOptions, Services};
 use osl_hir::hir::Program;
 use osl_ir::ir::Body;
 use osl_scene::Grid;
-use place::Place;
-use search::{Failed, Search};
+use search::{BEGINS, Failed, Search};
 use write::{Plan, Said};
 
 /// Compiles a changed text of the main file, without notes; `None` if it has errors.
@@ -72,6 +71,8 @@ pub struct Request<'a> {
     pub samples: u32,
     /// An error up to which a level is good in any case, as a share of the range.
     pub tolerance: f64,
+    /// The largest root mean square error of a mean, as a share of the range.
+    pub error: f64,
     /// Another number gives other points.
     pub seed: u32,
     /// Whether to make pictures.
@@ -93,7 +94,7 @@ impl From<RunError> for Stop {
     }
 }
 
-/// Finds the levels of a shader and writes it with them.
+/// Finds the level of a shader, and changes in place, and writes it with them.
 ///
 /// # Errors
 /// No mean can stand for the outputs, or a run ended before anything was found.
@@ -108,9 +109,10 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
     if judge.outputs.is_empty() {
         return Err(Stop::Refused("the shader has no outputs of numbers".to_string()));
     }
-    let place = Place::of((&source, &frame, &inputs), &judge, request.build)?;
-    let width = place.width(&judge)?;
-    let known = Known::of((&judge, &original), &FOOTPRINTS, (request.samples, request.tolerance))?;
+    let widths = widths((&source, &frame, &inputs), &judge, request.build)?;
+    let bounds = Bounds { tolerance: request.tolerance, error: request.error };
+    let all: Vec<_> = FOOTPRINTS.into_iter().flat_map(|size| shapes(size, By::Area, LARGEST)).collect();
+    let known = Original::of((&judge, &original), &all, (request.samples, bounds))?;
     let mut search = Search {
         judge: &judge,
         source: &source,
@@ -120,85 +122,102 @@ pub fn lod(request: &Request<'_>) -> Result<Report, Stop> {
         build: request.build,
         samples: request.samples,
         known: &known,
-        place: &place,
-        width,
+        widths,
         tried: 0,
         failed: Vec::new(),
     };
     let far = search.far()?;
-    let statements = means::statements(&source, &frame);
-    let statements = means::measured(statements, &source, &frame, &judge, request.build)?;
     let inner = search.inner(far.as_ref())?;
-    let near = search.near(&statements, (&inner, far.as_ref()))?;
-    let found = settle(request, &mut search, Plan { inner, near, far }, width)?;
-    Ok(report::report(request, &search, found, width))
+    let far = far.map(|far| search.after(&inner, far)).transpose()?;
+    let by = far.as_ref().map_or(By::default(), |far| far.by);
+    let found = settle(request, &mut search, Plan { inner, far, by })?;
+    Ok(report::report(request, &search, found))
 }
 
-/// The levels that hold in the written shader.
-pub(super) struct WrittenLevels {
+/// Pixels from which the size of a pixel is taken.
+const PIXELS: usize = 256;
+
+/// The size of a pixel at footprint 1 by its larger side and by its area, as the written shader sees it.
+fn widths(
+    (source, frame, inputs): (&Source<'_>, &Frame, &Inputs),
+    judge: &Judge<'_>,
+    build: &Build<'_>,
+) -> Result<[f64; 2], Stop> {
+    let refused = || Stop::Refused("the size of a pixel in the shader's coordinate is not known".to_string());
+    let (text, names) =
+        write::probe(source, frame, inputs, [By::Side, By::Area]).ok_or_else(refused)?;
+    let variant = judge.variant(build(&text).ok_or_else(refused)?.plain);
+    let ground = judge.ground([1.0; 2], Set::Fitted);
+    let shading = judge.shading(&variant, &ground, &Pattern::new(1, judge.seed));
+    let pixels = some_pixels(judge.grid.width * judge.grid.height, PIXELS, judge.seed);
+    let values = shading.chosen(&pixels, 1)?;
+    let planes = shading.planes();
+    let middle = |name: &String| {
+        let at = planes.iter().position(|plane| *plane.output == **name)?;
+        let mut list = values.get(at)?.clone();
+        list.sort_by(f32::total_cmp);
+        let middle = list.get(list.len() / 2).copied().map(f64::from)?;
+        (middle > 0.0 && middle.is_finite()).then_some(middle)
+    };
+    let [side, area] = names.each_ref().map(middle);
+    Ok([side.ok_or_else(refused)?, area.ok_or_else(refused)?])
+}
+
+/// What holds in the written shader.
+pub(super) struct Written {
     plan: Plan,
     text: String,
-    written: Variant,
-    /// For each level the largest error from there on, and that of the original.
-    errors: Vec<[f64; 2]>,
+    variant: Variant,
+    /// The largest error of the level, and that of the original there.
+    errors: [f64; 2],
 }
 
-/// Writes the shader and checks it; levels that do not hold begin later or are dropped.
+/// Writes the shader and checks it; what does not hold begins later or is dropped.
 fn settle(
     request: &Request<'_>,
     search: &mut Search<'_, '_>,
     mut plan: Plan,
-    width: f64,
-) -> Result<Option<WrittenLevels>, Stop> {
+) -> Result<Option<Written>, Stop> {
     while !plan.is_empty() {
-        let none = vec![[0.0; 2]; plan.near.len() + 1];
-        let text = written(request, search, &plan, (width, &none))?;
+        let text = written(request, search, &plan, [0.0; 2])?;
         let Some(built) = (request.build)(&text) else {
             return Err(Stop::Refused("the written shader does not compile; this is a bug of oslrun".into()));
         };
-        let written_now = search.judge.variant(built.plain);
-        let Err((level, fault)) = search.check(&written_now, &plan)? else {
-            let errors = stated(search, &written_now, &plan)?;
-            let text = written(request, search, &plan, (width, &errors))?;
-            return Ok(Some(WrittenLevels { plan, text, written: written_now, errors }));
+        let variant = search.judge.variant(built.plain);
+        let Err((is_far, fault)) = search.check(&variant, &plan)? else {
+            let errors = stated(search, &variant, &plan)?;
+            let text = written(request, search, &plan, errors)?;
+            return Ok(Some(Written { plan, text, variant, errors }));
         };
         search.failed.push(Failed::Written(fault));
-        match level {
-            None => plan.inner = write::Inner::default(),
-            Some(level) if level < plan.near.len() => plan.near.truncate(level),
-            Some(_) => plan.far = plan.far.take().and_then(|far| later(far, fault.footprint)),
+        if is_far {
+            plan.far = plan.far.take().and_then(|far| later(far, fault.sides));
+        } else {
+            plan.inner = write::Inner::default();
         }
     }
     Ok(None)
 }
 
-/// The far level with a shorter fade, if the fade is to blame; else from the next footprint on.
-fn later(far: write::Far, blamed: f64) -> Option<write::Far> {
-    if blamed < far.full && far.begin < write::LATE {
-        return Some(write::Far { begin: write::LATE, ..far });
+/// The far level with a shorter fade, if the fade is to blame; else from the next size on.
+fn later(far: write::Far, blamed: ground::Sides) -> Option<write::Far> {
+    let begin = BEGINS.into_iter().find(|begin| far.by.of(blamed) < far.full && *begin > far.begin);
+    if let Some(begin) = begin {
+        return Some(write::Far { begin, ..far });
     }
     let full = FOOTPRINTS.into_iter().find(|footprint| *footprint > far.full)?;
-    Some(write::Far { full, begin: write::BEGIN, ..far })
+    Some(write::Far { full, ..far })
 }
 
-/// The largest error of an output, with two standard errors, while each level is the last one; and that of
-/// the original.
-fn stated(search: &Search<'_, '_>, written: &Variant, plan: &Plan) -> Result<Vec<[f64; 2]>, RunError> {
-    let fulls: Vec<f64> =
-        plan.near.iter().map(|near| near.full).chain(plan.far.iter().map(|far| far.full)).collect();
-    let mut errors = vec![[0.0_f64; 2]; fulls.len()];
-    for sets in &search.known.sets {
-        for known in [&sets.held, &sets.fitted] {
-            let own = search.judge.off(written, &known.truth, search.samples)?.limit();
-            let original = known.original.limit();
-            for (at, error) in errors.iter_mut().enumerate() {
-                let next = fulls.get(at + 1).copied().unwrap_or(f64::INFINITY);
-                let from = fulls.get(at).copied().unwrap_or(0.0);
-                if known.truth.footprint >= from && known.truth.footprint < next {
-                    *error = [error[0].max(own), error[1].max(original)];
-                }
-            }
-        }
+/// The largest error of an output where the level is complete, with two standard errors, and that of the
+/// original.
+fn stated(search: &Search<'_, '_>, written: &Variant, plan: &Plan) -> Result<[f64; 2], RunError> {
+    let mut errors = [0.0_f64; 2];
+    let Some(far) = &plan.far else { return Ok(errors) };
+    let sizes = Sizes { by: far.by, from: far.full, to: f64::INFINITY };
+    for known in search.known.within(sizes).filter(|known| known.truth.set != Set::Home) {
+        let own = search.judge.off(written, &known.truth, search.samples)?.limit();
+        errors = [errors[0].max(own), errors[1].max(known.original.limit())];
     }
     Ok(errors)
 }
@@ -207,11 +226,11 @@ fn written(
     request: &Request<'_>,
     search: &Search<'_, '_>,
     plan: &Plan,
-    (width, errors): (f64, &[[f64; 2]]),
+    errors: [f64; 2],
 ) -> Result<String, Stop> {
-    let largest = width * FOOTPRINTS.last().copied().unwrap_or(1.0);
+    let width = search.width(plan.by);
     let given = !request.given.is_empty();
-    let said = Said { errors, samples: request.samples, given, largest };
+    let said = Said { errors, samples: request.samples, given, largest: width * LARGEST };
     write::write(search.source, search.frame, search.inputs, plan, (width, &said))
         .ok_or_else(|| Stop::Refused("the source cannot be changed at these places".to_string()))
 }

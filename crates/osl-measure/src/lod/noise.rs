@@ -2,12 +2,13 @@
 //! octaves, this leaves out the octaves that a pixel cannot show.
 //!
 //! Such a fade depends on the argument of the noise alone, so it is right for all values of parameters as
-//! long as the result is used linearly. This module must not know errors.
+//! long as the result is used linearly.
 
 use super::frame::Frame;
-use super::means::trimmed;
+use super::words::trimmed;
 use crate::stability::fix::source::Source;
 use osl_hir::hir::{Expr, ExprKind};
+use osl_ir::ir::NoiseField;
 use osl_ir::types::Type;
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
@@ -27,14 +28,9 @@ pub(super) struct Call {
     is_triple: bool,
 }
 
-/// The kinds of noise that have a mean and one argument.
-const KINDS: [&str; 8] = ["uperlin", "noise", "perlin", "snoise", "usimplex", "simplex", "cell", "hash"];
 /// The mean of noise by its kind.
 const MEAN: &str = "    // Noise between -1 and 1 has the mean 0, noise between 0 and 1 the mean 0.5.\n    \
                     float mean = kind == \"perlin\" || kind == \"snoise\" || kind == \"simplex\" || kind == \"gabor\" ? 0 : 0.5;\n";
-/// The functions of one kind.
-const FUNCTIONS: [(&str, &str); 4] =
-    [("noise", "uperlin"), ("snoise", "perlin"), ("cellnoise", "cell"), ("hashnoise", "hash")];
 /// The widths of a pixel in cells of the noise from which on it may fade. Below, it keeps its bits.
 pub(super) const STARTS: [f64; 5] = [0.12, 0.25, 0.5, 1.0, 2.0];
 /// How fast noise fades with the squares of a pixel's sides in cells: it is gone where their sum is one over
@@ -70,31 +66,40 @@ fn call(source: &Source<'_>, e: &Expr) -> Option<Call> {
     if e.ty != Type::FLOAT && !e.ty.is_triple() {
         return None;
     }
-    let (kind, rest) = match (&call.args[..], call.row.name) {
-        ([kind, at], "noise") if kind.ty == Type::STRING => {
-            if let ExprKind::Str(name) = &kind.kind
-                && !KINDS.contains(&&**name)
-            {
-                return None;
-            }
-            (source.reader.source(kind)?.0, at)
+    let function = NoiseField::from_name(call.row.name, false)?;
+    let (field, kind, rest) = match &call.args[..] {
+        [kind, at] if kind.ty == Type::STRING => {
+            let field = match &kind.kind {
+                ExprKind::Str(name) => Some(NoiseField::from_name(name, false)?),
+                _ => None,
+            };
+            (field, source.reader.source(kind)?.0, at)
         }
-        ([at], function) => {
-            let (_, kind) = FUNCTIONS.into_iter().find(|(name, _)| *name == function)?;
-            (format!("\"{kind}\""), at)
-        }
+        [at] => (Some(function), format!("\"{}\"", called(function)), at),
         _ => return None,
     };
-    let is_cell = kind == "\"cell\"" || kind == "\"hash\"";
+    let kind = field.map_or(kind, |field| format!("\"{}\"", called(field)));
+    let is_cell = matches!(field, Some(NoiseField::Cell | NoiseField::Hash));
     let written = source.reader.text.get(e.span.start as usize..e.span.end as usize)?;
-    let begins = FUNCTIONS
-        .iter()
-        .any(|(name, _)| written.strip_prefix(name).is_some_and(|rest| rest.trim_start().starts_with('(')));
+    let begins =
+        written.strip_prefix(call.row.name).is_some_and(|rest| rest.trim_start().starts_with('('));
     let at_point = rest.ty.is_triple();
     let (argument, _) = source.reader.source(rest)?;
     // An int is no coordinate that can be filtered.
     let fits = begins && written.ends_with(')') && (at_point || rest.ty == Type::FLOAT);
     fits.then(|| Call { span: e.span, kind, is_cell, argument, at_point, is_triple: e.ty.is_triple() })
+}
+
+/// The name of a field in `noise(name, p)`.
+fn called(field: NoiseField) -> &'static str {
+    match field {
+        NoiseField::Cell => "cell",
+        NoiseField::Hash => "hash",
+        NoiseField::Perlin => "perlin",
+        NoiseField::UPerlin => "uperlin",
+        NoiseField::Simplex => "simplex",
+        NoiseField::USimplex => "usimplex",
+    }
 }
 
 /// The edits that let these calls fade from a width on, with the functions that they need.

@@ -1,16 +1,14 @@
-//! The report on a shader with levels: errors and times at each footprint, the fronts of what is cheap and
-//! close, and pictures.
+//! The report on a shader with levels: errors and times at each footprint, and pictures.
 //!
 //! Errors are those of the points that were held out. Times are the only numbers here that depend on the
-//! clock. This module must not know how levels are found.
+//! clock.
 
-use super::ground::Ground;
+use super::errors::Errors;
+use super::ground::{By, Ground};
 use super::judge::{MOST, Output, Set, Variant};
-use super::known::FootprintErrors;
-use super::off::Errors;
+use super::original::{Known, Sizes};
 use super::search::Search;
-use super::write::BEGIN;
-use super::{Request, SHOWN, WrittenLevels, why, write};
+use super::{Request, SHOWN, Written, why};
 use crate::sample::Pattern;
 use osl_exec::{PointSource, RunError};
 use osl_scene::Grid;
@@ -22,14 +20,18 @@ use std::time::Instant;
 pub struct Report {
     /// The shader.
     pub name: String,
-    /// The coordinate whose filter width says how large a pixel is.
+    /// The coordinate whose derivatives say how large a pixel is.
     pub coordinate: String,
-    /// The width of a pixel in it at footprint 1.
+    /// How the size of a pixel is measured in it.
+    pub by: By,
+    /// The size of a pixel at footprint 1.
     pub width: f64,
     /// The number of samples of the original whose error a level must not exceed.
     pub samples: u32,
     /// The error up to which a level is good in any case, as a share of the range.
     pub tolerance: f64,
+    /// The largest root mean square error of a mean, as a share of the range.
+    pub error: f64,
     /// The seed of the points.
     pub seed: u32,
     /// Samples of each reference value.
@@ -44,9 +46,9 @@ pub struct Report {
     pub noise_width: f64,
     /// Number of edges that become softer.
     pub soft_edges: usize,
-    /// The levels, the nearest first; empty if nothing simpler holds.
-    pub levels: Vec<Level>,
-    /// If nothing simpler holds: why, for each kind of level that was tried.
+    /// The level at which all outputs are their means, if there is one.
+    pub level: Option<Level>,
+    /// If there is no level: why, for each kind of level that was tried.
     pub why: Vec<String>,
     /// Errors and times by footprint.
     pub rows: Vec<Row>,
@@ -54,7 +56,7 @@ pub struct Report {
     pub tried: usize,
     /// Whether the time was over before everything was measured.
     pub cut_short: bool,
-    /// The written source, if there are levels.
+    /// The written source, if anything is replaced.
     #[serde(skip)]
     pub text: Option<String>,
     /// Pictures, if they were requested.
@@ -62,23 +64,16 @@ pub struct Report {
     pub pictures: Vec<Picture>,
 }
 
-/// A level.
+/// The means of all outputs, from a size of a pixel on.
 #[derive(Clone, Debug, Serialize)]
 pub struct Level {
-    /// What it replaces.
-    pub replaces: Vec<String>,
-    /// By what: means, or linear forms and in what.
-    pub form: String,
-    /// The outputs that are linear instead of constant.
-    pub linear: Vec<String>,
-    /// The width of a pixel at which it begins to fade in, and at which it is complete.
+    /// The size of a pixel at which it begins to fade in, and at which it is complete.
     pub widths: [f64; 2],
     /// The footprint at which it is complete.
     pub footprint: f64,
     /// Its cost alone, in additions.
     pub cost: f64,
-    /// The largest root mean square error of an output from there on, with two standard errors, up to the
-    /// next level.
+    /// The largest root mean square error of an output from there on, with two standard errors.
     pub error: f64,
     /// The same of the original.
     pub original_error: f64,
@@ -89,7 +84,7 @@ pub struct Level {
 pub struct Row {
     /// How many times larger a pixel is than in the given image.
     pub footprint: f64,
-    /// The width of a pixel in the coordinate.
+    /// The size of a pixel in the coordinate.
     pub width: f64,
     /// The errors of the original with one sample.
     pub original: Errors,
@@ -105,21 +100,6 @@ pub struct Row {
     pub ns: Option<[f64; 2]>,
     /// How many times less time the written shader takes than the original at the same error.
     pub cheaper: Option<f64>,
-    /// What was compared here: the original with some numbers of samples, and each level alone.
-    pub front: Vec<Front>,
-}
-
-/// A way to compute the outputs at a footprint.
-#[derive(Clone, Debug, Serialize)]
-pub struct Front {
-    /// Its name.
-    pub name: String,
-    /// Its cost, in additions.
-    pub cost: f64,
-    /// The root mean square error of its worst output.
-    pub error: f64,
-    /// Whether nothing else is as cheap and as close, or better.
-    pub is_best: bool,
 }
 
 /// Pictures of an output at a footprint, side by side.
@@ -154,15 +134,17 @@ pub(super) const MANY: u32 = 32;
 pub(super) fn report(
     request: &Request<'_>,
     search: &Search<'_, '_>,
-    found: Option<WrittenLevels>,
-    width: f64,
+    found: Option<Written>,
 ) -> Report {
+    let by = found.as_ref().map_or(By::default(), |found| found.plan.by);
     let mut report = Report {
         name: request.program.shader.name.to_string(),
         coordinate: search.inputs.coordinate.name().to_string(),
-        width,
+        by,
+        width: search.width(by),
         samples: request.samples,
         tolerance: request.tolerance,
+        error: request.error,
         seed: request.seed,
         reference_samples: search.judge.samples(),
         outputs: search.judge.outputs.iter().map(|output| output.name.clone()).collect(),
@@ -170,7 +152,7 @@ pub(super) fn report(
         faded_noise: 0,
         noise_width: 0.0,
         soft_edges: 0,
-        levels: Vec::new(),
+        level: None,
         why: Vec::new(),
         rows: Vec::new(),
         tried: search.tried,
@@ -178,10 +160,18 @@ pub(super) fn report(
         text: None,
         pictures: Vec::new(),
     };
-    let Some(found) = found else {
+    let level = found.as_ref().and_then(|found| found.plan.far.as_ref());
+    if level.is_none() {
         report.why = why::sentences(&search.failed, &report.outputs, report.samples);
-        return report;
-    };
+    }
+    let Some(found) = found else { return report };
+    report.level = found.plan.far.as_ref().map(|far| Level {
+        widths: [report.width * far.full * far.begin, report.width * far.full],
+        footprint: far.full,
+        cost: far.planes.len() as f64,
+        error: found.errors[0],
+        original_error: found.errors[1],
+    });
     report.faded_noise = found.plan.inner.calls;
     report.noise_width = found.plan.inner.start;
     report.soft_edges = found.plan.inner.edges;
@@ -194,13 +184,13 @@ pub(super) fn report(
 fn rest(
     request: &Request<'_>,
     search: &Search<'_, '_>,
-    found: &WrittenLevels,
+    found: &Written,
     report: &mut Report,
 ) -> Result<(), RunError> {
-    let alone = levels(search, found, report);
-    for footprint in SHOWN {
-        if let Some(sets) = search.known.sets.iter().find(|sets| sets.footprint() == footprint) {
-            report.rows.push(row(search, found, (&sets.held, &alone), report.width)?);
+    for known in search.known.of_set(Set::HeldOut, Sizes::ALL) {
+        let [x, y] = known.truth.sides;
+        if x == y && SHOWN.contains(&x) {
+            report.rows.push(row(search, found, (known, report.width * x))?);
         }
     }
     for row in &mut report.rows {
@@ -214,120 +204,38 @@ fn rest(
     Ok(())
 }
 
-/// A level alone: at every footprint.
-enum Alone {
-    Program(Box<Variant>),
-    Constant(Vec<f64>),
-}
-
-fn levels(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -> Vec<(String, Alone)> {
-    let mut alone = Vec::new();
-    let (mut taken, mut outputs) = (Vec::new(), Vec::new());
-    let plan = &found.plan;
-    let mut push = |(replaces, form): (Vec<String>, (String, Vec<String>)), [begin, full]: [f64; 2], cost| {
-        let [error, original_error] = found.errors.get(report.levels.len()).copied().unwrap_or_default();
-        let widths = [report.width * full * begin, report.width * full];
-        let (form, linear) = form;
-        let level = Level { replaces, form, linear, widths, footprint: full, cost, error, original_error };
-        report.levels.push(level);
-    };
-    if !plan.inner.is_empty() {
-        let built = search.replaced((&[], &[]), &plan.inner).and_then(|text| (search.build)(&text));
-        let program = built.map(|built| Alone::Program(Box::new(search.judge.variant(built.plain))));
-        alone.extend(program.map(|program| ("changes in place".to_string(), program)));
-    }
-    for (near, number) in plan.near.iter().zip(1..) {
-        taken.extend(&near.statements);
-        outputs.extend(near.outputs.iter().cloned());
-        let text = search.replaced((&taken, &outputs), &plan.inner);
-        let built = text.and_then(|text| (search.build)(&text));
-        let Some(built) = built else { continue };
-        let variant = search.judge.variant(built.plain);
-        let outputs = near.outputs.iter().map(|form| form.name.clone());
-        let names: Vec<String> = near.statements.iter().map(|own| own.name.clone()).chain(outputs).collect();
-        let form = if names.len() == 1 { "its mean" } else { "their means" };
-        push((names, (form.to_string(), Vec::new())), [BEGIN, near.full], variant.cost);
-        alone.push((format!("level {number}"), Alone::Program(Box::new(variant))));
-    }
-    if let Some(far) = &plan.far {
-        let way = match &far.planes {
-            Some(planes) => Some(Alone::Constant(planes.clone())),
-            None => {
-                let text = write::alone(search.source, search.frame, search.inputs, far);
-                let built = text.and_then(|text| (search.build)(&text));
-                built.map(|built| Alone::Program(Box::new(search.judge.variant(built.plain))))
-            }
-        };
-        let cost = match &way {
-            Some(Alone::Program(variant)) => variant.cost,
-            Some(Alone::Constant(planes)) => planes.len() as f64,
-            None => 0.0,
-        };
-        let linear = far.forms.iter().filter(|form| !form.along.is_empty());
-        let form = (far.described(search.inputs), linear.map(|form| form.name.clone()).collect());
-        let names = far.forms.iter().map(|form| form.name.clone()).collect();
-        push((names, form), [far.begin, far.full], cost);
-        alone.extend(way.map(|way| (format!("level {}", plan.near.len() + 1), way)));
-    }
-    alone
-}
-
 fn row(
     search: &Search<'_, '_>,
-    found: &WrittenLevels,
-    (known, alone): (&FootprintErrors, &[(String, Alone)]),
-    width: f64,
+    found: &Written,
+    (known, width): (&Known, f64),
 ) -> Result<Row, RunError> {
     let judge = search.judge;
-    let footprint = known.truth.footprint;
+    let footprint = known.truth.sides[0];
     let most = MOST.min(2 * judge.samples());
     let mut curve = Vec::new();
     let mut first = None;
-    let mut front = Vec::new();
     let mut samples = 1;
     while samples <= most {
         let off = judge.off(search.original, &known.truth, samples)?;
-        let name = if samples == 1 { "original".to_string() } else { format!("original, {samples} samples") };
-        if samples.trailing_zeros() % 2 == 0 {
-            let cost = search.original.cost * f64::from(samples);
-            front.push(Front { name, cost, error: off.errors().worst, is_best: false });
-        }
         curve.push((f64::from(samples), off.errors().worst));
         first.get_or_insert(off);
         samples *= 2;
     }
-    let written = judge.off(&found.written, &known.truth, 1)?;
+    let written = judge.off(&found.variant, &known.truth, 1)?;
     let mut equal_samples = equal(&curve, written.errors().worst);
-    if written.errors().worst <= search.known.tolerance {
+    if written.errors().worst <= search.known.bounds.tolerance {
         equal_samples = equal_samples.max(1.0);
     }
-    for (name, way) in alone {
-        let (off, cost) = match way {
-            Alone::Program(variant) => (judge.off(variant, &known.truth, 1)?, variant.cost),
-            Alone::Constant(planes) => (search.constant(planes, known), planes.len() as f64),
-        };
-        front.push(Front { name: name.clone(), cost, error: off.errors().worst, is_best: false });
-    }
-    let is_best = |own: &Front| {
-        !front.iter().any(|other| {
-            other.cost <= own.cost
-                && other.error <= own.error
-                && (other.cost < own.cost || other.error < own.error)
-        })
-    };
-    let best: Vec<bool> = front.iter().map(is_best).collect();
-    front.iter_mut().zip(best).for_each(|(own, is)| own.is_best = is);
     let original = first.as_ref().unwrap_or(&known.original).errors();
     Ok(Row {
         footprint,
-        width: width * footprint,
+        width,
         original,
         equal_samples,
         written: written.errors(),
         most,
         ns: None,
         cheaper: None,
-        front,
     })
 }
 
@@ -353,18 +261,18 @@ fn equal(curve: &[(f64, f64)], error: f64) -> f64 {
 }
 
 /// The smallest times of a sample at a footprint, measured in turns: other work on the machine only adds.
-fn time(search: &Search<'_, '_>, found: &WrittenLevels, footprint: f64) -> Result<[f64; 2], RunError> {
+fn time(search: &Search<'_, '_>, found: &Written, footprint: f64) -> Result<[f64; 2], RunError> {
     let judge = search.judge;
     let work = search.original.work().max(1.0);
     let size = (IMAGE / work).sqrt().clamp(TIMED.0, TIMED.1) as usize;
     let grid = enlarged(judge.grid, size);
     // A run with one sample computes a grid. Random directions would take longer than many shaders.
-    let ground = Ground::new(&grid, footprint, 0.0, &[], judge.seed).still();
+    let ground = Ground::new(&grid, [footprint; 2], 0.0, &[], judge.seed).still();
     let source: &dyn PointSource = if judge.turned.is_empty() { &ground.grid } else { &ground };
     let mut times = [Vec::new(), Vec::new()];
     let turns = WORK / ((size * size) as f64 * work);
     for turn in 0..=turns.clamp(TURNS.0, TURNS.1) as usize {
-        for (list, variant) in times.iter_mut().zip([search.original, &found.written]) {
+        for (list, variant) in times.iter_mut().zip([search.original, &found.variant]) {
             let started = Instant::now();
             osl_exec::run(&variant.compiled.program, judge.services, source, judge.options, &|_| ())?;
             // The first turn loads textures.
@@ -386,12 +294,12 @@ fn enlarged(grid: &Grid, size: usize) -> Grid {
     Grid { width: size, height: size, scale, ..grid.clone() }
 }
 
-fn pictures(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report) -> Result<(), RunError> {
+fn pictures(search: &Search<'_, '_>, found: &Written, report: &mut Report) -> Result<(), RunError> {
     let judge = search.judge;
     let grid = enlarged(judge.grid, PICTURE);
     for footprint in SHOWN {
-        let place = judge.ground(footprint, Set::HeldOut);
-        let ground = Ground::new(&grid, footprint, 0.0, &judge.turned, judge.seed);
+        let place = judge.ground([footprint; 2], Set::HeldOut);
+        let ground = Ground::new(&grid, [footprint; 2], 0.0, &judge.turned, judge.seed);
         let ground = ground.moved_to(&place).still();
         let pattern = Pattern::new(MANY, judge.seed);
         let image = |variant: &Variant, samples: u32| -> Result<Vec<Vec<f32>>, RunError> {
@@ -399,7 +307,7 @@ fn pictures(search: &Search<'_, '_>, found: &WrittenLevels, report: &mut Report)
             let image = shading.rows(0..PICTURE, samples)?;
             Ok(image.frame.planes.iter().map(|plane| plane.floats()).collect())
         };
-        let images = [image(search.original, MANY)?, image(search.original, 1)?, image(&found.written, 1)?];
+        let images = [image(search.original, MANY)?, image(search.original, 1)?, image(&found.variant, 1)?];
         for output in judge.outputs.iter().take(SHOWN_OUTPUTS) {
             let images = images.each_ref().map(|planes| shown(output, planes));
             report.pictures.push(Picture { output: output.name.clone(), footprint, size: PICTURE, images });

@@ -1,48 +1,43 @@
-//! Finds the levels before the far one: changes in place, and statements that are replaced by their means,
-//! greedily, the dearest first.
+//! Finds the forms that replace parts of a shader: the means of all outputs, from a size of a pixel on, and
+//! changes in place.
 //!
-//! Everything is chosen on the fitted points and then judged on the points that were held out; a level that
-//! does not hold there begins at a larger footprint or is dropped. This module must not know how the text is
-//! written.
+//! Everything is chosen on the fitted points and then judged on the points that were held out.
 
 use super::Build;
+use super::errors::{Fault, Off};
 use super::frame::Frame;
+use super::ground::{By, shapes};
 use super::inputs::Inputs;
-use super::judge::{FOOTPRINTS, Judge, Output, Truth, Variant};
-use super::known::{FootprintErrors, Known, Verdict};
-use super::means::{Statement, value};
-use super::off::{Fault, Off};
-use super::place::Place;
-use super::write::{BEGIN, Far, Form, Inner, Near, Plan, Said, at_end, soft, write};
+use super::judge::{FOOTPRINTS, Judge, LARGEST, Set, Variant};
+use super::original::{Known, Original, Sizes, Verdict};
+use super::words::value;
+use super::write::{Far, Form, Inner, Plan, Said, soft, write};
 use super::{edges, noise};
 use crate::stability::fix::source::Source;
 use osl_exec::RunError;
 use osl_ir::types::{Base, Type};
-use osl_syntax::diagnostic::Edit;
 
-/// Changes in place with their errors at the footprints at which the body runs, in both sets.
+/// Changes in place with their errors at the sizes at which the body runs.
 #[derive(Default)]
 struct TriedChanges {
     inner: Inner,
     offs: Vec<Off>,
 }
 
-impl TriedChanges {
-    /// The sum of the mean square errors.
-    fn sum(&self) -> f64 {
-        self.offs.iter().map(Off::all).sum()
-    }
+/// The sum of the mean square errors.
+fn sum(offs: &[Off]) -> f64 {
+    offs.iter().map(Off::all).sum()
 }
 
 /// Those of two changes that have the smaller errors.
 fn closer(best: Option<TriedChanges>, found: Option<TriedChanges>) -> Option<TriedChanges> {
     match (best, found) {
-        (Some(best), Some(found)) => Some(if found.sum() < best.sum() { found } else { best }),
+        (Some(best), Some(found)) => Some(if sum(&found.offs) < sum(&best.offs) { found } else { best }),
         (best, found) => best.or(found),
     }
 }
 
-/// The search for levels of one shader.
+/// The search for the forms of one shader.
 pub(super) struct Search<'s, 'a> {
     pub(super) judge: &'s Judge<'a>,
     pub(super) source: &'s Source<'s>,
@@ -52,10 +47,9 @@ pub(super) struct Search<'s, 'a> {
     pub(super) build: &'s Build<'s>,
     /// Samples per pixel, of the original and of everything that is compared with it.
     pub(super) samples: u32,
-    pub(super) known: &'s Known,
-    pub(super) place: &'s Place,
-    /// The width of a pixel at footprint 1.
-    pub(super) width: f64,
+    pub(super) known: &'s Original,
+    /// The size of a pixel at footprint 1, by each measure.
+    pub(super) widths: [f64; 2],
     /// Number of programs that were tried.
     pub(super) tried: usize,
     /// What was tried without success, with the last test that failed.
@@ -69,40 +63,181 @@ pub(super) enum Failed {
     NoMean(String),
     /// All outputs by their means.
     Outputs(Fault),
-    /// All outputs by their means, or by linear forms where these fail.
-    Linear(Fault),
     /// The body costs no more than the switch to its means.
     Cheap,
-    /// No statement's value can be replaced.
-    NoStatements,
-    /// The value of this variable, and the number of other values.
-    Value(String, Fault, usize),
-    /// Values gain too little.
-    NoGain,
     /// The written shader.
     Written(Fault),
 }
 
-/// A footprint above the first one.
-const NEXT: f64 = 1.5;
-/// How much cheaper a near level must be than the one before it, and an output by its mean than without.
-const CHEAPER: f64 = 0.9;
-/// The footprints at which near levels may begin to be complete.
-const NEAR: [usize; 3] = [2, 4, 6];
+/// The shares of the size of a level at which its fade may begin.
+pub(super) const BEGINS: [f64; 4] = [0.125, 0.25, 0.5, LATEST];
+/// The last of them.
+const LATEST: f64 = 0.75;
+/// What the switch to a level costs without comparisons of parameters, in additions.
+const SWITCH: f64 = 6.0;
 
 impl Search<'_, '_> {
-    /// Changes in place that bring the body closer at a footprint at which it runs: noise that fades, then
-    /// edges that become softer.
+    /// The level at which nothing of the body runs, with the measure of a pixel's size that leaves the smaller
+    /// errors.
+    pub(super) fn far(&mut self) -> Result<Option<Far>, RunError> {
+        let program = self.source.program;
+        let mut outputs = program.shader.params.iter().filter(|param| param.output);
+        let other = outputs.find_map(|param| {
+            let var = program.vars.get(param.var.0 as usize)?;
+            (!is_number(var.ty)).then(|| var.name.to_string())
+        });
+        if let Some(name) = other {
+            self.failed.push(Failed::NoMean(name));
+            return Ok(None);
+        }
+        // What the size of a pixel and its comparison with the parameters cost.
+        let switch = SWITCH + self.inputs.guards.len() as f64;
+        let planes: usize = self.judge.outputs.iter().map(|output| output.planes.len()).sum();
+        if self.original.work() <= switch + planes as f64 {
+            self.failed.push(Failed::Cheap);
+            return Ok(None);
+        }
+        let mut best: Option<(f64, Far)> = None;
+        let mut last = None;
+        for by in [By::Side, By::Area] {
+            // At footprint 1 the original always runs.
+            match self.means_above(by, 1.0)? {
+                Ok(far) => {
+                    let (error, far) = self.faded(far, self.original)?;
+                    if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                        best = Some((error, far));
+                    }
+                }
+                Err(fault) => last = fault.or(last),
+            }
+        }
+        if best.is_none() {
+            self.failed.extend(last.map(Failed::Outputs));
+        }
+        Ok(best.map(|(_, far)| far))
+    }
+
+    /// The means from the first size above one on from which they hold, or the last test that fails.
+    fn means_above(&self, by: By, size: f64) -> Result<Result<Far, Option<Fault>>, RunError> {
+        let mut last = None;
+        for full in FOOTPRINTS.into_iter().filter(|full| *full > size) {
+            let Some((planes, forms)) = self.means(by, full) else { continue };
+            let mut errors = |known: &Known| Ok(self.constant(&planes, known));
+            let sizes = Sizes { by, from: full, to: f64::INFINITY };
+            match self.known.verdict(&mut errors, (sizes, true))? {
+                Ok(_) => return Ok(Ok(Far { by, full, begin: LATEST, forms, planes })),
+                Err(fault) => last = Some(fault),
+            }
+        }
+        Ok(Err(last))
+    }
+
+    /// The means of all outputs over the square pixels from a size on, for each plane and as expressions:
+    /// a shader that filters by itself may have other means at larger sizes. `None` if one is not finite.
+    fn means(&self, by: By, from: f64) -> Option<(Vec<f64>, Vec<Form>)> {
+        let over = self.known.of_set(Set::Fitted, Sizes { by, from, to: f64::INFINITY });
+        let truths: Vec<_> = over.map(|known| &known.truth).collect();
+        let mut planes = self.judge.means(&truths);
+        let mut forms = Vec::new();
+        for output in &self.judge.outputs {
+            let own = planes.get_mut(output.planes.clone())?;
+            let is_int = output.ty == Type::INT;
+            if is_int {
+                own.iter_mut().for_each(|x| *x = x.round());
+            }
+            let text = value(output.ty, own, output.range)?;
+            forms.push(Form { name: output.name.clone(), text, is_int });
+        }
+        Some((planes, forms))
+    }
+
+    /// The errors of planes that have the same value everywhere.
+    fn constant(&self, planes: &[f64], known: &Known) -> Off {
+        let count = known.original.squares.first().map_or(0, Vec::len);
+        let values: Vec<Vec<f32>> = planes.iter().map(|x| vec![*x as f32; count]).collect();
+        self.judge.compare(&values, &known.truth)
+    }
+
+    /// The level with the fade that leaves the smallest errors, and the sum of the mean square errors over
+    /// pixels of all shapes.
+    pub(super) fn faded(&self, far: Far, body: &Variant) -> Result<(f64, Far), RunError> {
+        let mut values = Vec::new();
+        for known in self.known.of_set(Set::HeldOut, Sizes::ALL) {
+            values.push((known, self.judge.values(body, &known.truth, self.samples)?));
+        }
+        let mut best: Option<(f64, Far)> = None;
+        for begin in BEGINS {
+            let far = Far { begin, ..far.clone() };
+            let (mut error, mut fits) = (0.0, true);
+            for (known, values) in &values {
+                let off = self.blended(&far, known, values);
+                let is_changed = far.by.of(known.truth.sides) < far.full && off.squares != known.original.squares;
+                let bounds = self.known.bounds.without_error();
+                fits &= !is_changed || off.fault(&known.original, bounds, known.truth.sides).is_none();
+                error += off.all();
+            }
+            if (fits || begin == LATEST) && best.as_ref().is_none_or(|(least, _)| error < *least) {
+                best = Some((error, far));
+            }
+        }
+        Ok(best.unwrap_or((f64::INFINITY, far)))
+    }
+
+    /// The errors of values of the body that fade to the means with the size of a pixel.
+    fn blended(&self, far: &Far, known: &Known, values: &[Vec<f32>]) -> Off {
+        let size = far.by.of(known.truth.sides) / far.full;
+        let begin = if self.inputs.leaves { 1.0 } else { far.begin };
+        let t = if size >= 1.0 { 1.0 } else { ((size - begin) / (1.0 - begin)).max(0.0) };
+        let weight = t * t * (3.0 - 2.0 * t);
+        let is_int = |plane: usize| {
+            self.judge.outputs.iter().any(|own| own.planes.contains(&plane) && own.ty == Type::INT)
+        };
+        let mixed = |(at, (values, mean)): (usize, (&Vec<f32>, &f64))| {
+            let weight = if is_int(at) { weight.round() } else { weight };
+            let mix = |x: &f32| if weight < 1.0 { f64::from(*x) * (1.0 - weight) + mean * weight } else { *mean };
+            values.iter().map(|x| mix(x) as f32).collect()
+        };
+        let mixed: Vec<Vec<f32>> = values.iter().zip(&far.planes).enumerate().map(mixed).collect();
+        self.judge.compare(&mixed, &known.truth)
+    }
+
+    /// The far level from a larger size on, if the changes in place err less than it up to there, and with a
+    /// fade that suits them.
+    pub(super) fn after(&mut self, inner: &Inner, mut far: Far) -> Result<Far, RunError> {
+        let plan = Plan { inner: inner.clone(), far: None, by: far.by };
+        let built = self.unguarded(&plan).and_then(|text| (self.build)(&text));
+        let Some(built) = built.filter(|_| !inner.is_empty()) else { return Ok(far) };
+        let changed = self.judge.variant(built.plain);
+        while let Some(later) = self.later(&changed, &far)? {
+            far = later;
+        }
+        Ok(self.faded(far, &changed)?.1)
+    }
+
+    /// The level from the next size on, if the changes in place err less than it up to there: in an output by
+    /// a fifth beyond doubt, and less in all.
+    fn later(&self, changed: &Variant, far: &Far) -> Result<Option<Far>, RunError> {
+        let Ok(later) = self.means_above(far.by, far.full)? else { return Ok(None) };
+        let sizes = Sizes { by: far.by, from: far.full, to: later.full };
+        let Ok(offs) = self.holds(changed, sizes)? else { return Ok(None) };
+        let means: Vec<Off> = self.known.within(sizes).map(|known| self.constant(&far.planes, known)).collect();
+        let is_better = offs.iter().zip(&means).any(|(own, mean)| own.is_better(mean));
+        Ok((is_better && sum(&offs) < sum(&means)).then_some(later))
+    }
+
+    /// Changes in place that bring the body closer at a size at which it runs: noise that fades, then edges
+    /// that become softer.
     pub(super) fn inner(&mut self, far: Option<&Far>) -> Result<Inner, RunError> {
-        let mut now =
-            TriedChanges { inner: Inner { cost: self.original.cost, ..Inner::default() }, offs: Vec::new() };
-        now.offs = self.known.originals(0.0, end(far));
-        self.noise(&mut now, far)?;
-        self.edges(&mut now, far)?;
+        let by = far.map_or(By::default(), |far| far.by);
+        let sizes = Sizes { by, from: 0.0, to: far.map_or(f64::INFINITY, |far| far.full) };
+        let offs = self.known.within(sizes).map(|known| known.original.clone()).collect();
+        let mut now = TriedChanges { inner: Inner::default(), offs };
+        self.noise(&mut now, sizes)?;
+        self.edges(&mut now, sizes)?;
         Ok(now.inner)
     }
 
-    fn noise(&mut self, now: &mut TriedChanges, far: Option<&Far>) -> Result<(), RunError> {
+    fn noise(&mut self, now: &mut TriedChanges, sizes: Sizes) -> Result<(), RunError> {
         let calls = noise::calls(self.source);
         if calls.is_empty() {
             return Ok(());
@@ -117,7 +252,7 @@ impl Search<'_, '_> {
         let all: Vec<&noise::Call> = calls.iter().collect();
         let mut best: Option<TriedChanges> = None;
         for start in noise::STARTS {
-            let found = self.attempt(inner(&all, start), now, far)?;
+            let found = self.attempt(inner(&all, start), now, sizes)?;
             best = closer(best, found);
         }
         // Otherwise those calls that may fade by themselves.
@@ -128,9 +263,8 @@ impl Search<'_, '_> {
                 for call in &calls {
                     let mut more = taken.clone();
                     more.push(call);
-                    if let Some(found) =
-                        self.attempt(inner(&more, start), last.as_ref().unwrap_or(now), far)?
-                    {
+                    let before = last.as_ref().unwrap_or(now);
+                    if let Some(found) = self.attempt(inner(&more, start), before, sizes)? {
                         (taken, last) = (more, Some(found));
                     }
                 }
@@ -141,7 +275,7 @@ impl Search<'_, '_> {
         Ok(())
     }
 
-    fn edges(&mut self, now: &mut TriedChanges, far: Option<&Far>) -> Result<(), RunError> {
+    fn edges(&mut self, now: &mut TriedChanges, sizes: Sizes) -> Result<(), RunError> {
         let name = soft(self.source);
         for edge in edges::edges(self.source, self.frame) {
             if now.inner.edits.iter().any(|edit| edges::excludes(&edge, edit)) {
@@ -152,7 +286,7 @@ impl Search<'_, '_> {
                 let mut inner = Inner { edges: now.inner.edges + 1, ..now.inner.clone() };
                 inner.edits.extend(edges::soften(&edge, slope, &name));
                 inner.edits.sort_by_key(|edit| edit.span.start);
-                best = closer(best, self.attempt(inner, now, far)?);
+                best = closer(best, self.attempt(inner, now, sizes)?);
             }
             *now = best.unwrap_or_else(|| std::mem::take(now));
         }
@@ -160,241 +294,69 @@ impl Search<'_, '_> {
     }
 
     /// Tries changes in place. `None` if they change the image at footprint 1, are worse than the original at
-    /// a footprint before the far level, or closer than what is known already at none.
+    /// a size at which the body runs, or closer than what is known already at none.
     fn attempt(
         &mut self,
         inner: Inner,
         now: &TriedChanges,
-        far: Option<&Far>,
+        sizes: Sizes,
     ) -> Result<Option<TriedChanges>, RunError> {
-        let plan = Plan { inner, ..Plan::default() };
-        let said = Said { errors: &[], samples: self.samples, given: false, largest: self.width };
-        let text = write(self.source, self.frame, self.inputs, &plan, (self.width, &said));
-        let Some(built) = text.and_then(|text| (self.build)(&text)) else { return Ok(None) };
+        let plan = Plan { inner, far: None, by: sizes.by };
+        let Some(built) = self.unguarded(&plan).and_then(|text| (self.build)(&text)) else { return Ok(None) };
         self.tried += 1;
         let variant = self.judge.variant(built.plain);
-        let Ok(offs) = self.holds(&variant, (0.0, end(far)), false)? else { return Ok(None) };
-        let originals = self.known.originals(0.0, NEXT);
-        if offs.iter().zip(&originals).any(|(off, original)| off.squares != original.squares) {
+        let Ok(offs) = self.holds(&variant, sizes)? else { return Ok(None) };
+        let is_near = |known: &Known| known.truth.sides == [1.0; 2];
+        let known = self.known.within(sizes);
+        if known.zip(&offs).any(|(known, off)| is_near(known) && off.squares != known.original.squares) {
             return Ok(None);
         }
         let is_better = offs.iter().zip(&now.offs).any(|(off, earlier)| off.is_better(earlier));
-        let inner = Inner { cost: variant.cost, ..plan.inner };
-        Ok(is_better.then_some(TriedChanges { inner, offs }))
+        Ok(is_better.then_some(TriedChanges { inner: plan.inner, offs }))
     }
 
-    /// The text in which these statements and outputs have their means at every footprint.
-    pub(super) fn replaced(
-        &self,
-        (list, outputs): (&[&Statement], &[Form]),
-        inner: &Inner,
-    ) -> Option<String> {
-        let edit = |own: &&Statement| {
-            let declared = own.declares.map(|ty| format!("{ty} ")).unwrap_or_default();
-            Edit { span: own.span, text: format!("{declared}{} = {};", own.name, own.mean) }
-        };
-        let mut edits: Vec<Edit> = list.iter().map(edit).chain(inner.outside(list)).collect();
-        edits.extend(at_end(self.frame, outputs));
-        let plan = Plan { inner: Inner { edits, ..inner.clone() }, ..Plan::default() };
-        let said = Said { errors: &[], samples: self.samples, given: false, largest: self.width };
-        write(self.source, self.frame, self.inputs, &plan, (self.width, &said))
+    /// The text of a plan without what its comment says of errors.
+    fn unguarded(&self, plan: &Plan) -> Option<String> {
+        let width = self.width(plan.by);
+        let said = Said { errors: [0.0; 2], samples: self.samples, given: false, largest: width };
+        write(self.source, self.frame, self.inputs, plan, (width, &said))
     }
 
-    /// Levels before the far one, each with more statements and outputs replaced.
-    pub(super) fn near(
-        &mut self,
-        statements: &[Statement],
-        (inner, far): (&Inner, Option<&Far>),
-    ) -> Result<Vec<Near>, RunError> {
-        let first = inner.cost;
-        let mut out: Vec<Near> = Vec::new();
-        // The dearest statements come first.
-        let mut order = Vec::new();
-        // Where noise in a value fades by itself, another fade around it gains little.
-        let fades = |own: &&Statement| inner.outside(&[own]).len() == inner.edits.len();
-        for own in statements.iter().filter(fades) {
-            let Some(built) = self.replaced((&[own], &[]), inner).and_then(|text| (self.build)(&text)) else {
-                continue;
-            };
-            self.tried += 1;
-            let cost = self.judge.variant(built.plain).cost;
-            if cost < first * 0.98 {
-                order.push((cost, own));
-            }
+    /// The size of a pixel at footprint 1.
+    pub(super) fn width(&self, by: By) -> f64 {
+        match by {
+            By::Side => self.widths[0],
+            By::Area => self.widths[1],
         }
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut last = None;
-        let mut taken: Vec<&Statement> = Vec::new();
-        let mut taken_outputs: Vec<Form> = Vec::new();
-        let mut cost = first;
-        for from in NEAR {
-            let Some(full) = FOOTPRINTS.get(from).copied() else { continue };
-            if far.is_some_and(|far| full >= far.full) {
-                break;
-            }
-            let mut now = taken.clone();
-            let mut now_cost = cost;
-            let mut first_failed = None;
-            for (_, own) in &order {
-                if now.iter().any(|other| other.span == own.span) {
-                    continue;
-                }
-                let mut more = now.clone();
-                more.push(own);
-                let text = self.replaced((&more, &taken_outputs), inner);
-                let Some(built) = text.and_then(|text| (self.build)(&text)) else { continue };
-                self.tried += 1;
-                let variant = self.judge.variant(built.plain);
-                if variant.cost >= now_cost * 0.99 {
-                    continue;
-                }
-                match self.holds(&variant, (full, end(far)), true)? {
-                    Ok(_) => {
-                        now = more;
-                        now_cost = variant.cost;
-                    }
-                    // The dearest value at the largest footprint says most.
-                    Err(fault) => first_failed = first_failed.or(Some((*own, fault))),
-                }
-            }
-            last = first_failed.or(last);
-            // Changes in place may cost more than what a level saves.
-            if now_cost >= (cost * CHEAPER).min(self.original.cost) {
-                now.clone_from(&taken);
-            }
-            let outputs = self.outputs((&now, &taken_outputs), (from, inner), far)?;
-            let is_new = |own: &&&Statement| !taken.iter().any(|other| other.span == own.span);
-            let statements: Vec<Statement> = now.iter().filter(is_new).map(|own| (*own).clone()).collect();
-            if !statements.is_empty() || !outputs.is_empty() {
-                taken = now;
-                taken_outputs.extend(outputs.iter().cloned());
-                let text = self.replaced((&taken, &taken_outputs), inner);
-                if let Some(built) = text.and_then(|text| (self.build)(&text)) {
-                    cost = self.judge.variant(built.plain).cost;
-                }
-                out.push(Near { full, statements, outputs });
-            }
-        }
-        if out.is_empty() {
-            self.failed.push(match last {
-                Some((own, fault)) => Failed::Value(own.name.clone(), fault, order.len() - 1),
-                None if statements.is_empty() => Failed::NoStatements,
-                None => Failed::NoGain,
-            });
-        }
-        Ok(out)
     }
 
-    /// The means of all outputs over the footprints from one on, for each plane and as expressions. `None` if
-    /// one is not finite.
-    pub(super) fn means(&self, from: usize) -> Option<(Vec<f64>, Vec<Form>)> {
-        let over: Vec<&Truth> = self.known.sets.iter().skip(from).map(|sets| &sets.fitted.truth).collect();
-        let mut planes = self.judge.means(&over);
-        let mut forms = Vec::new();
-        for output in &self.judge.outputs {
-            let own = planes.get_mut(output.planes.clone())?;
-            let is_int = output.ty == Type::INT;
-            if is_int {
-                own.iter_mut().for_each(|x| *x = x.round());
-            }
-            let text = value(output.ty, own, output.range)?;
-            forms.push(Form { name: output.name.clone(), text, is_int, along: Vec::new() });
-        }
-        Some((planes, forms))
+    /// Whether a program is good at these sizes.
+    fn holds(&self, variant: &Variant, sizes: Sizes) -> Result<Verdict, RunError> {
+        let mut errors = |known: &Known| self.judge.off(variant, &known.truth, self.samples);
+        self.known.verdict(&mut errors, (sizes, false))
     }
 
-    /// The outputs whose means are closer than the original from a footprint on, although other outputs keep
-    /// the body from being skipped.
-    fn outputs(
-        &mut self,
-        (statements, taken): (&[&Statement], &[Form]),
-        (from, inner): (usize, &Inner),
-        far: Option<&Far>,
-    ) -> Result<Vec<Form>, RunError> {
-        let Some(full) = FOOTPRINTS.get(from).copied().filter(|_| !self.inputs.leaves) else {
-            return Ok(Vec::new());
-        };
-        let mut all = taken.to_vec();
-        let text = self.replaced((statements, &all), inner);
-        let Some(built) = text.and_then(|text| (self.build)(&text)) else { return Ok(Vec::new()) };
-        let now = self.judge.variant(built.plain);
-        let mut cost = now.cost;
-        let Ok(mut offs) = self.holds(&now, (full, end(far)), true)? else { return Ok(Vec::new()) };
-        for form in self.means(from).unwrap_or_default().1 {
-            let is_other = |output: &Output| output.name == form.name && !is_number(output.ty);
-            if taken.iter().any(|other| other.name == form.name) || self.judge.outputs.iter().any(is_other) {
-                continue;
-            }
-            all.push(form);
-            let text = self.replaced((statements, &all), inner);
-            let found = match text.and_then(|text| (self.build)(&text)) {
-                Some(built) => {
-                    self.tried += 1;
-                    let variant = self.judge.variant(built.plain);
-                    let is_cheaper = variant.cost < CHEAPER * cost;
-                    let errors = self.holds(&variant, (full, end(far)), true)?;
-                    errors.ok().filter(|_| is_cheaper).map(|errors| (variant.cost, errors))
-                }
-                None => None,
-            };
-            match found {
-                Some((less, errors)) if errors.iter().zip(&offs).any(|(new, old)| new.is_better(old)) => {
-                    (cost, offs) = (less, errors);
-                }
-                _ => {
-                    all.pop();
-                }
-            }
-        }
-        Ok(all.split_off(taken.len()))
-    }
-
-    /// Whether a program is good at the footprints from one on and below another.
-    pub(super) fn holds(
-        &self,
-        variant: &Variant,
-        footprints: (f64, f64),
-        alone: bool,
-    ) -> Result<Verdict, RunError> {
-        let mut errors = |known: &FootprintErrors| self.judge.off(variant, &known.truth, self.samples);
-        self.known.verdict(&mut errors, (footprints, alone))
-    }
-
-    /// Whether the written shader is good at all footprints and in the middle of each fade. If not, returns
-    /// the level to blame, or none if a change in place is to blame.
+    /// Whether the written shader is good at all sizes and in the middle of the fade. If not, returns the test
+    /// that failed and whether the far level is to blame, not a change in place.
     pub(super) fn check(
         &self,
         written: &Variant,
         plan: &Plan,
-    ) -> Result<Result<(), (Option<usize>, Fault)>, RunError> {
-        let fulls: Vec<f64> =
-            plan.near.iter().map(|near| near.full).chain(plan.far.iter().map(|far| far.full)).collect();
-        let mut errors = |known: &FootprintErrors| self.judge.off(written, &known.truth, self.samples);
-        if let Err(fault) = self.known.verdict(&mut errors, ((0.0, f64::INFINITY), false))? {
-            let level = fulls.iter().rposition(|full| full * BEGIN < fault.footprint);
-            return Ok(Err((level, fault)));
+    ) -> Result<Result<(), (bool, Fault)>, RunError> {
+        if let Err(fault) = self.holds(written, Sizes::ALL)? {
+            let is_far =
+                plan.far.as_ref().is_some_and(|far| far.full * far.begin < far.by.of(fault.sides));
+            return Ok(Err((is_far, fault)));
         }
-        for (level, full) in fulls.iter().enumerate() {
-            let far = plan.far.as_ref().filter(|_| level == plan.near.len());
-            let begin = far.map_or(BEGIN, |far| far.begin);
-            let middle = [full * (0.5 + 0.5 * begin)];
-            let original = (self.judge, self.original);
-            let known = Known::of(original, &middle, (self.samples, self.known.tolerance))?;
-            let mut errors = |known: &FootprintErrors| self.judge.off(written, &known.truth, self.samples);
-            if let Err(fault) = known.verdict(&mut errors, ((0.0, f64::INFINITY), false))? {
-                return Ok(Err((Some(level), fault)));
-            }
-        }
-        Ok(Ok(()))
+        let Some(far) = &plan.far else { return Ok(Ok(())) };
+        let middle = shapes(far.full * (0.5 + 0.5 * far.begin), far.by, LARGEST);
+        let known = Original::of((self.judge, self.original), &middle, (self.samples, self.known.bounds))?;
+        let mut errors = |known: &Known| self.judge.off(written, &known.truth, self.samples);
+        Ok(known.verdict(&mut errors, (Sizes::ALL, false))?.map(|_| ()).map_err(|fault| (true, fault)))
     }
 }
 
 /// Whether a value of this type has a mean that can be blended, or rounded.
-pub(super) fn is_number(ty: Type) -> bool {
+fn is_number(ty: Type) -> bool {
     matches!(ty.base, Base::Int | Base::Float) || ty.base.is_triple()
-}
-
-/// The footprint from which on the body does not run.
-fn end(far: Option<&Far>) -> f64 {
-    far.map_or(f64::INFINITY, |far| far.full)
 }

@@ -1,7 +1,7 @@
-//! The report as text. This module must not know how levels are found.
+//! The report as text.
 
 use super::SHOWN;
-use super::report::{Level, Report, Row};
+use super::report::{Report, Row};
 use super::words::{percent, samples};
 use crate::explain::{plain, short};
 use std::fmt::Write;
@@ -37,15 +37,14 @@ pub(super) fn parts(report: &Report) -> Parts {
     let mut out = String::new();
     if report.text.is_none() {
         let _ = writeln!(out, "{}: no simpler level up to footprint 256", report.name);
-        for why in &report.why {
-            let _ = writeln!(out, "  {why}");
-        }
+        why_lines(report, &mut out);
         return Parts { before: out, rows: Vec::new(), after: String::new() };
     }
     let _ = writeln!(
         out,
-        "{}: levels of detail by the width of a pixel in {}, which is {} at footprint 1",
+        "{}: levels of detail by {} of a pixel in {}, which is {} at footprint 1",
         report.name,
+        report.by.name(),
         report.coordinate,
         short(report.width, 3)
     );
@@ -68,11 +67,28 @@ pub(super) fn parts(report: &Report) -> Parts {
         } else {
             format!("{} edges become", report.soft_edges)
         };
-        let _ = writeln!(out, "{edges} softer by a multiple of the width of a pixel");
+        let _ = writeln!(out, "{edges} softer by a multiple of this size");
     }
-    for (at, level) in report.levels.iter().enumerate() {
-        level_line(report, at, level, &mut out);
+    match &report.level {
+        Some(level) => {
+            let _ = writeln!(
+                out,
+                "from size {} on (fades in from {}), all outputs are their means; cost {} instead of {}; error at most {}, \
+                 of the original {}",
+                short(level.widths[1], 3),
+                short(level.widths[0], 3),
+                plain(level.cost, 3),
+                plain(report.cost, 3),
+                percent(level.error),
+                percent(level.original_error),
+            );
+        }
+        None => {
+            let _ = writeln!(out, "the body runs at every size:");
+            why_lines(report, &mut out);
+        }
     }
+    let _ = write!(out, "{}", above(report));
     let most = report.rows.iter().map(|row| row.most).max().unwrap_or(0);
     let _ = writeln!(
         out,
@@ -110,24 +126,25 @@ fn missing(report: &Report) -> String {
     }
 }
 
-fn level_line(report: &Report, at: usize, level: &Level, out: &mut String) {
-    let all = level.replaces.len() == report.outputs.len() && at + 1 == report.levels.len();
-    let what = if all && level.replaces == report.outputs {
-        format!("all outputs are {}", level.form)
-    } else {
-        format!("{} replaced by {}", level.replaces.join(", "), level.form)
+fn why_lines(report: &Report, out: &mut String) {
+    for why in &report.why {
+        let _ = writeln!(out, "  {why}");
+    }
+}
+
+/// Says where nothing satisfies the bound, and what runs there.
+fn above(report: &Report) -> String {
+    let rows = report.rows.iter().filter(|row| row.written.worst > report.error);
+    let list: Vec<String> = rows.map(|row| row.footprint.to_string()).collect();
+    if list.is_empty() {
+        return String::new();
+    }
+    let form = match report.faded_noise + report.soft_edges {
+        0 => "the original runs",
+        _ => "the original with what becomes softer runs",
     };
-    let _ = writeln!(
-        out,
-        "level {}, from width {} (fades in from {}): {what}; cost {} instead of {}; error at most {}, of the original {}",
-        at + 1,
-        short(level.widths[1], 3),
-        short(level.widths[0], 3),
-        plain(level.cost, 3),
-        plain(report.cost, 3),
-        percent(level.error),
-        percent(level.original_error),
-    );
+    let at = list.join(", ");
+    format!("at footprint {at} no form has an error of at most {} (--error): {form} there\n", percent(report.error))
 }
 
 fn cells(row: &Row) -> [String; 7] {

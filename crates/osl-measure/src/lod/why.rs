@@ -1,8 +1,7 @@
 //! Why a shader has no levels, in sentences.
-//!
-//! This module must not know how the tests are made.
 
-use super::off::{Cause, Fault};
+use super::errors::{Cause, Fault};
+use super::ground::Sides;
 use super::search::Failed;
 use super::words::{percent, samples};
 
@@ -21,45 +20,33 @@ fn sentence(failed: &Failed, compared: (&[String], u32)) -> String {
             "all outputs: the shader costs no more than the test of how large a pixel is".to_string()
         }
         Failed::Outputs(fault) => format!("all outputs by their means: {}", reason(fault, compared)),
-        Failed::Linear(fault) => {
-            format!("all outputs by their means or linear forms: {}", reason(fault, compared))
-        }
-        Failed::NoStatements => {
-            "single values: no statement outside of loops computes a float or a triple".to_string()
-        }
-        Failed::NoGain => "single values: their means would save too little".to_string(),
-        Failed::Value(name, fault, others) => {
-            let rest = match others {
-                0 => String::new(),
-                1 => "; one other value fails too".to_string(),
-                n => format!("; {n} other values fail too"),
-            };
-            format!("single values: with the mean of `{name}`, {}{rest}", reason(fault, compared))
-        }
         Failed::Written(fault) => format!("the written shader: {}", reason(fault, compared)),
     }
 }
 
+/// The sides of pixels in words.
+fn shape([x, y]: Sides) -> String {
+    if x == y { format!("footprint {x}") } else { format!("pixels of {x} by {y}") }
+}
+
 fn reason(fault: &Fault, (outputs, count): (&[String], u32)) -> String {
-    let Fault { cause, output, footprint, shares } = fault;
-    let name = outputs.get(*output).map_or("", String::as_str);
+    let Fault { cause, output, sides, shares } = fault;
+    let (name, at) = (outputs.get(*output).map_or("", String::as_str), shape(*sides));
     let [own, other] = shares.map(percent);
     let original = format!("{} of the original", samples(count));
     match cause {
-        Cause::Larger => format!(
-            "`{name}` has a larger error at footprint {footprint}: {own}, and {other} with {original}"
-        ),
+        Cause::Larger => format!("`{name}` has a larger error at {at}: {own}, and {other} with {original}"),
         Cause::Unsure => format!(
-            "the error of `{name}` at footprint {footprint} is not certain to be smaller: {own}, and {other} \
-             with {original}"
+            "the error of `{name}` at {at} is not certain to be smaller: {own}, and {other} with {original}"
         ),
+        Cause::Above => format!("the error of `{name}` at {at} is {own}, above the bound of {other} (--error)"),
         Cause::Shifted => format!(
-            "the mean of `{name}` over the picture would be off by {own} at footprint {footprint}; {other} is \
-             within the tolerance and chance"
+            "the mean of `{name}` over the picture would be off by {own} at {at}; {other} is within the \
+             tolerance and chance"
         ),
         Cause::Unlike => format!(
-            "a pixel of the given image would be off by {own} in `{name}` at footprint {footprint}, and no pixel \
-             elsewhere by more than {other}: the shader does not look the same everywhere"
+            "a pixel of the given image would be off by {own} in `{name}` at {at}, and no pixel elsewhere by \
+             more than {other}: the shader does not look the same everywhere"
         ),
     }
 }

@@ -1,79 +1,43 @@
-//! Writes the shader with its levels: the source as it is, with a switch around its body and fades in it.
-//!
-//! This module must not know how levels are found or judged.
+//! Writes the shader with its level: the source as it is, with a switch around its body and changes in it.
 
 use super::frame::{Frame, applied};
+use super::ground::By;
 use super::inputs::{Coordinate, Inputs};
-use super::means::Statement;
 use super::words::{percent, samples};
 use crate::stability::fix::source::Source;
 use osl_syntax::diagnostic::Edit;
 
-/// What replaces an output: its mean or a linear form.
+/// What replaces an output.
 #[derive(Clone, Debug)]
 pub(super) struct Form {
     pub(super) name: String,
+    /// Its mean as an expression.
     pub(super) text: String,
     /// An int cannot be blended.
     pub(super) is_int: bool,
-    /// The [`columns`] in which it is linear; none for a mean.
-    pub(super) along: Vec<usize>,
 }
 
 impl Form {
     fn assigned(&self) -> String {
-        format!("{} = {}", self.name, self.text)
+        format!("{} = {};", self.name, self.text)
     }
 }
 
-/// All outputs are replaced.
+/// All outputs are replaced by their means.
 #[derive(Clone, Debug)]
 pub(super) struct Far {
-    /// The footprint from which on nothing of the body runs.
+    /// How a pixel is measured.
+    pub(super) by: By,
+    /// The size of a pixel, as a multiple of that at footprint 1, from which on nothing of the body runs.
     pub(super) full: f64,
-    /// The share of this footprint at which the fade begins.
+    /// The share of this size at which the fade begins.
     pub(super) begin: f64,
     pub(super) forms: Vec<Form>,
-    /// If all of them are means: the numbers, for each plane of the outputs.
-    pub(super) planes: Option<Vec<f64>>,
+    /// The means, for each plane of the outputs.
+    pub(super) planes: Vec<f64>,
 }
 
-impl Far {
-    /// What replaces the outputs.
-    pub(super) fn described(&self, inputs: &Inputs) -> String {
-        let components = inputs.coordinate.components();
-        let mut along: Vec<String> = Vec::new();
-        for at in self.forms.iter().flat_map(|form| &form.along) {
-            along.push(match (&inputs.coordinate, components.get(*at)) {
-                (_, None) => "the width of a pixel".to_string(),
-                (Coordinate::Point(name), _) => name.clone(),
-                (Coordinate::Uv, Some(name)) => name.clone(),
-            });
-        }
-        // The width comes last.
-        along.sort_by_key(|name| (name.contains(' '), name.clone()));
-        along.dedup();
-        let linear = match along.split_last() {
-            None => return "their means".to_string(),
-            Some((last, [])) => format!("linear forms in {last}"),
-            Some((last, rest)) => format!("linear forms in {} and {last}", rest.join(", ")),
-        };
-        let has_means = self.forms.iter().any(|form| form.along.is_empty());
-        if has_means { format!("their means or {linear}") } else { linear }
-    }
-}
-
-/// Statements and outputs that are replaced by their means.
-#[derive(Clone, Debug)]
-pub(super) struct Near {
-    /// The footprint from which on they do not run.
-    pub(super) full: f64,
-    pub(super) statements: Vec<Statement>,
-    /// Outputs that are replaced after the body.
-    pub(super) outputs: Vec<Form>,
-}
-
-/// Changes that depend on the width of a pixel and stay in place at every footprint.
+/// Changes that depend on the size of a pixel and stay in place.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Inner {
     /// Number of calls of noise that fade.
@@ -84,54 +48,38 @@ pub(super) struct Inner {
     pub(super) edges: usize,
     /// All changes, in order.
     pub(super) edits: Vec<Edit>,
-    /// The cost of the shader with them.
-    pub(super) cost: f64,
 }
 
 impl Inner {
     pub(super) fn is_empty(&self) -> bool {
         self.edits.is_empty()
     }
-
-    /// The edits that are not in one of these statements.
-    pub(super) fn outside(&self, list: &[&Statement]) -> Vec<Edit> {
-        let inside = |edit: &Edit| {
-            let holds = |own: &&Statement| own.span.start <= edit.span.start && edit.span.end <= own.span.end;
-            list.iter().any(holds)
-        };
-        self.edits.iter().filter(|edit| !inside(edit)).cloned().collect()
-    }
 }
 
-/// What is replaced from which footprint on.
+/// What is replaced.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Plan {
     pub(super) inner: Inner,
-    pub(super) near: Vec<Near>,
     pub(super) far: Option<Far>,
+    /// How a pixel is measured.
+    pub(super) by: By,
 }
 
 impl Plan {
     pub(super) fn is_empty(&self) -> bool {
-        self.near.is_empty() && self.far.is_none() && self.inner.is_empty()
+        self.far.is_none() && self.inner.is_empty()
     }
 }
 
-/// A fade begins at this share of the footprint at which it is complete.
-pub(super) const BEGIN: f64 = 0.5;
-/// Or at this one, if a longer fade would be worse than the original.
-pub(super) const LATE: f64 = 0.75;
-
-/// What the comment says of a level: the footprint and its error, as a share of the range.
-pub(super) struct Said<'a> {
-    /// For each near level, and then for the far one: the largest error from there on, and that of the
-    /// original.
-    pub(super) errors: &'a [[f64; 2]],
+/// What the comment says.
+pub(super) struct Said {
+    /// The largest error of the level, as a share of the range, and that of the original.
+    pub(super) errors: [f64; 2],
     /// The number of samples of the original.
     pub(super) samples: u32,
-    /// Values that were given for parameters, if they were.
+    /// Whether values were given for parameters.
     pub(super) given: bool,
-    /// The largest measured width.
+    /// The largest measured size.
     pub(super) largest: f64,
 }
 
@@ -141,7 +89,7 @@ pub(super) fn write(
     frame: &Frame,
     inputs: &Inputs,
     plan: &Plan,
-    said: (f64, &Said<'_>),
+    said: (f64, &Said),
 ) -> Option<String> {
     let text = with_levels(source, frame, inputs, plan, said)?;
     let own = source.reader.text;
@@ -154,28 +102,18 @@ fn with_levels(
     frame: &Frame,
     inputs: &Inputs,
     plan: &Plan,
-    (width, said): (f64, &Said<'_>),
+    (width, said): (f64, &Said),
 ) -> Option<String> {
     let text = source.reader.text;
-    let writer = Writer::new(source, plan, width);
-    let replaced: Vec<&Statement> = plan.near.iter().flat_map(|near| &near.statements).collect();
-    let mut edits = plan.inner.outside(&replaced);
-    if plan.near.is_empty() && plan.far.is_none() && plan.inner.edges == 0 {
-        return applied(text, (0, text.len()), &edits);
+    let writer = Writer::new(source, width);
+    let edits = &plan.inner.edits;
+    if plan.far.is_none() && plan.inner.edges == 0 {
+        return applied(text, (0, text.len()), edits);
     }
-    for (near, fade) in plan.near.iter().zip(&writer.fades) {
-        for own in &near.statements {
-            let value = applied(text, (own.value.start as usize, own.value.end as usize), &plan.inner.edits)?;
-            edits.push(writer.faded(source, own, (&value, fade)));
-        }
-    }
-    let mut body = applied(text, (frame.open, frame.close), &edits)?;
-    for (near, fade) in plan.near.iter().zip(&writer.fades).filter(|(near, _)| !near.outputs.is_empty()) {
-        body = format!("{}\n{}", body.trim_end(), tail(fade, &near.outputs));
-    }
-    let before = applied(text, (0, frame.open), &edits)?;
+    let body = applied(text, (frame.open, frame.close), edits)?;
+    let before = applied(text, (0, frame.open), edits)?;
     // What stands just before the closing brace belongs to the body.
-    let after = format!("}}{}", applied(text, (frame.close + 1, text.len()), &edits)?);
+    let after = format!("}}{}", applied(text, (frame.close + 1, text.len()), edits)?);
     let head = writer.head(inputs, plan, said);
     let Some(far) = &plan.far else {
         return Some(format!("{before}\n{head}\n{}{after}", opened(&body)));
@@ -191,63 +129,44 @@ fn with_levels(
     Some(format!("{before}\n{head}\n{indent}if ({name} < 1) {{\n{inner}{indent}}}\n{tail}{after}"))
 }
 
-/// The edit that replaces outputs at the end of the body.
-pub(super) fn at_end(frame: &Frame, outputs: &[Form]) -> Option<Edit> {
-    let at = osl_syntax::span::Span::new(frame.close as u32, frame.close as u32);
-    let lines: String = outputs.iter().map(|form| format!("{INDENT}{};\n", form.assigned())).collect();
-    (!outputs.is_empty()).then(|| Edit { span: at, text: format!("\n{lines}") })
-}
-
-/// What an output may be linear in, as expressions: the components of the coordinate and the width of a
-/// pixel.
-pub(super) fn columns(source: &Source<'_>, inputs: &Inputs) -> Vec<String> {
-    let mut columns = inputs.coordinate.components();
-    columns.push(pixel(source));
-    columns
-}
-
-/// A source with another body, in which the width of a pixel is known.
-fn bare(source: &Source<'_>, frame: &Frame, inputs: &Inputs, lines: &str) -> Edit {
-    let writer = Writer::new(source, &Plan::default(), 1.0);
+/// The source with a further output for each measure of a pixel's size and nothing else in its body, and the
+/// names of these outputs.
+pub(super) fn probe(
+    source: &Source<'_>,
+    frame: &Frame,
+    inputs: &Inputs,
+    measures: [By; 2],
+) -> Option<(String, [String; 2])> {
+    let names = measures.map(|by| source.unused(&format!("probe_{by:?}").to_lowercase()));
+    let outputs = names.each_ref().map(|name| format!("float {name} = 0"));
+    let set = |(name, by): (&String, By)| format!("{INDENT}{name} = {};\n", size(inputs, by));
+    let lines: String = names.iter().zip(measures).map(set).collect();
     let span = osl_syntax::span::Span::new(frame.open as u32, frame.close as u32);
-    Edit { span, text: format!("\n{}{lines}", writer.pixel(inputs)) }
-}
-
-/// The source with further outputs, which are the [`columns`], and nothing else in its body.
-pub(super) fn probe(source: &Source<'_>, frame: &Frame, inputs: &Inputs) -> Option<(String, Vec<String>)> {
-    let base = source.unused("probe");
-    let columns = columns(source, inputs);
-    let names: Vec<String> = (0..columns.len()).map(|at| format!("{base}_{at}")).collect();
-    let outputs: Vec<String> = names.iter().map(|name| format!("float {name} = 0")).collect();
-    let set = |(name, column): (&String, &String)| format!("{INDENT}{name} = {column};\n");
-    let lines: String = names.iter().zip(&columns).map(set).collect();
-    let edits = [frame.outputs(&outputs), bare(source, frame, inputs, &lines)];
+    let edits = [frame.outputs(&outputs), Edit { span, text: format!("\n{lines}") }];
     Some((osl_syntax::repair::apply(source.reader.text, &edits)?, names))
 }
 
-/// The source with nothing but the far level in its body.
-pub(super) fn alone(source: &Source<'_>, frame: &Frame, inputs: &Inputs, far: &Far) -> Option<String> {
-    let lines: String = far.forms.iter().map(|form| format!("{INDENT}{};\n", form.assigned())).collect();
-    osl_syntax::repair::apply(source.reader.text, &[bare(source, frame, inputs, &lines)])
+/// The size of a pixel as an expression.
+fn size(inputs: &Inputs, by: By) -> String {
+    match (&inputs.coordinate, by) {
+        (Coordinate::Point(name), By::Side) => format!("max(length(Dx({name})), length(Dy({name})))"),
+        (Coordinate::Point(name), By::Area) => format!("sqrt(length(cross(Dx({name}), Dy({name}))))"),
+        (Coordinate::Uv, By::Side) => "max(hypot(Dx(u), Dx(v)), hypot(Dy(u), Dy(v)))".to_string(),
+        (Coordinate::Uv, By::Area) => "sqrt(abs(Dx(u) * Dy(v) - Dx(v) * Dy(u)))".to_string(),
+    }
 }
 
 const INDENT: &str = "    ";
 /// Maximum columns of a written line.
 const COLUMNS: usize = 100;
 
-/// The names of the new variables, and the widths of pixels.
+/// The names of the new variables.
 struct Writer {
     pixel: String,
     far: String,
-    fades: Vec<String>,
     soft: String,
-    /// The width of a pixel at footprint 1.
+    /// The size of a pixel at footprint 1.
     width: f64,
-}
-
-/// The name of the variable with the width of a pixel.
-fn pixel(source: &Source<'_>) -> String {
-    source.unused("pixel")
 }
 
 /// The name of the variable by which edges become softer.
@@ -256,27 +175,8 @@ pub(super) fn soft(source: &Source<'_>) -> String {
 }
 
 impl Writer {
-    fn new(source: &Source<'_>, plan: &Plan, width: f64) -> Writer {
-        let fade = source.unused("fade");
-        let fades = match plan.near.len() {
-            0 | 1 => vec![fade; plan.near.len()],
-            n => (1..=n).map(|level| source.unused(&format!("fade{level}"))).collect(),
-        };
-        Writer { pixel: pixel(source), far: source.unused("far"), fades, soft: soft(source), width }
-    }
-
-    /// The statement that sets the width of a pixel: the smaller side, so that a level is used only where a
-    /// pixel is large along both.
-    fn pixel(&self, inputs: &Inputs) -> String {
-        let pixel = &self.pixel;
-        match &inputs.coordinate {
-            Coordinate::Point(name) => {
-                format!("{INDENT}float {pixel} = min(length(Dx({name})), length(Dy({name})));\n")
-            }
-            Coordinate::Uv => {
-                format!("{INDENT}float {pixel} = min(hypot(Dx(u), Dx(v)), hypot(Dy(u), Dy(v)));\n")
-            }
-        }
+    fn new(source: &Source<'_>, width: f64) -> Writer {
+        Writer { pixel: source.unused("pixel"), far: source.unused("far"), soft: soft(source), width }
     }
 
     /// The widths between which a level fades in. They are rounded so that nothing is replaced at the first
@@ -285,62 +185,50 @@ impl Writer {
         [rounded(self.width * full * begin, true), rounded(self.width * full, false)]
     }
 
-    /// The comment and the fades.
-    fn head(&self, inputs: &Inputs, plan: &Plan, said: &Said<'_>) -> String {
+    /// The comment and the variables.
+    fn head(&self, inputs: &Inputs, plan: &Plan, said: &Said) -> String {
         let pixel = &self.pixel;
         let mut text = format!(
-            "Levels of detail, made by oslrun lod. {pixel} is the smaller side of a pixel in {}.",
+            "Levels of detail, made by oslrun lod. {pixel} is {} of a pixel in {}.",
+            plan.by.name(),
             inputs.coordinate.name()
         );
-        let near = plan.near.iter().map(|near| (near.full, BEGIN));
-        let fulls = near.chain(plan.far.iter().map(|far| (far.full, far.begin)));
-        let names = self.fades.iter().chain(plan.far.iter().map(|_| &self.far));
-        for ((((full, begin), name), error), index) in fulls.zip(names).zip(said.errors).zip(0..) {
-            let far = plan.far.as_ref().filter(|_| index == plan.near.len());
-            let form = far.map_or("their means".to_string(), |far| far.described(inputs));
-            let what = if far.is_some() { "all outputs" } else { "some values" };
-            let [percent, other] = error.map(percent);
+        if let Some(far) = &plan.far {
+            let [error, other] = said.errors.map(percent);
             let samples = samples(said.samples);
             let has = if said.samples == 1 { "has" } else { "have" };
-            let [begin, end] = self.widths(full, begin);
-            text += &if inputs.leaves && index == plan.near.len() {
-                format!(
-                    " From {end} on the outputs are {form}: the root mean square error is at most \
-                     {percent} of an output's range there; {samples} of the original {has} up to {other}."
-                )
+            let [begin, end] = self.widths(far.full, far.begin);
+            text += &if inputs.leaves {
+                format!(" From {end} on the outputs are their means:")
             } else {
-                format!(
-                    " Between {begin} and {end}, {name} replaces {what} by {form}: from there on the \
-                     root mean square error is at most {percent} of an output's range; {samples} of the \
-                     original {has} up to {other}."
-                )
+                format!(" Between {begin} and {end}, {} replaces all outputs by their means:", self.far)
             };
+            text += &format!(
+                " from there on the root mean square error is at most {error} of an output's range; {samples} \
+                 of the original {has} up to {other}."
+            );
         }
         if plan.inner.edges > 0 {
             text += &format!(" {} widens edges in proportion to a pixel.", self.soft);
         }
-        text += &format!(" Pixels were measured up to a width of {}.", rounded(said.largest, false));
+        text += &format!(" Pixels were measured up to a size of {}.", rounded(said.largest, false));
         if !inputs.guards.is_empty() {
             let which = if said.given { "the parameter values below" } else { "the default parameters" };
             let rest = if plan.inner.calls > 0 { "only noise fades" } else { "the original runs" };
             text += &format!(" All this holds for {which}; with others, {rest}.");
         }
         let mut out = comment(&text);
-        out += &self.pixel(inputs);
-        if inputs.leaves && plan.near.is_empty() && plan.inner.edges == 0 {
-            return out;
-        }
+        out += &format!("{INDENT}float {pixel} = {};\n", size(inputs, plan.by));
         let mut sets: Vec<String> = Vec::new();
         if plan.inner.edges > 0 {
             sets.push(format!("{} = max({pixel} - {}, 0);", self.soft, rounded(self.width, true)));
         }
-        for (near, name) in plan.near.iter().zip(&self.fades) {
-            let [begin, end] = self.widths(near.full, BEGIN);
-            sets.push(format!("{name} = smoothstep({begin}, {end}, {pixel});"));
-        }
         if let Some(far) = plan.far.as_ref().filter(|_| !inputs.leaves) {
             let [begin, end] = self.widths(far.full, far.begin);
             sets.push(format!("{} = smoothstep({begin}, {end}, {pixel});", self.far));
+        }
+        if sets.is_empty() {
+            return out;
         }
         if inputs.guards.is_empty() {
             sets.iter().for_each(|set| out += &format!("{INDENT}float {set}\n"));
@@ -350,7 +238,7 @@ impl Writer {
             let name = set.split(' ').next().unwrap_or_default();
             out += &format!("{INDENT}float {name} = 0;\n");
         }
-        out += &condition(&inputs.guards, "");
+        out += &condition(&inputs.guards);
         let several = sets.len() > 1;
         out += if several { " {\n" } else { "\n" };
         sets.iter().for_each(|set| out += &format!("{INDENT}{INDENT}{set}\n"));
@@ -365,30 +253,15 @@ impl Writer {
         let [_, end] = self.widths(far.full, far.begin);
         let mut tests = vec![format!("{} >= {end}", self.pixel)];
         tests.extend(inputs.guards.iter().cloned());
-        let set = |form: &Form| format!("{INDENT}{INDENT}{};\n", form.assigned());
+        let set = |form: &Form| format!("{INDENT}{INDENT}{}\n", form.assigned());
         let sets: String = far.forms.iter().map(set).collect();
-        format!("{head}{} {{\n{sets}{INDENT}{INDENT}return;\n{INDENT}}}\n", condition(&tests, ""))
-    }
-
-    /// A statement that fades to its mean.
-    fn faded(&self, source: &Source<'_>, own: &Statement, (text, fade): (&str, &str)) -> Edit {
-        let Statement { name, mean, .. } = own;
-        let at = own.span.start as usize;
-        let line = if source.is_first(at) { format!("\n{}", source.indent(at)) } else { " ".to_string() };
-        let inner = if source.is_first(at) { format!("{line}{INDENT}") } else { line.clone() };
-        let blend = format!("if ({fade} > 0){inner}{name} = mix({name}, {mean}, {fade});");
-        let first = match own.declares {
-            Some(ty) => format!("{ty} {name} = 0;{line}"),
-            None => String::new(),
-        };
-        let text = format!("{first}if ({fade} < 1){inner}{name} = {text};{line}{blend}");
-        Edit { span: own.span, text }
+        format!("{head}{} {{\n{sets}{INDENT}{INDENT}return;\n{INDENT}}}\n", condition(&tests))
     }
 }
 
 /// `if (a && b …)`, on several lines if it is long.
-fn condition(tests: &[String], before: &str) -> String {
-    let mut out = format!("{INDENT}if ({before}");
+fn condition(tests: &[String]) -> String {
+    let mut out = format!("{INDENT}if (");
     let mut column = out.len();
     for (at, test) in tests.iter().enumerate() {
         let last = at + 1 == tests.len();
@@ -421,8 +294,8 @@ fn tail(name: &str, forms: &[Form]) -> String {
             (format!(" {{\n{lines}"), format!("{INDENT}}}"))
         }
     };
-    let (all, end) = block(&|form| format!("{};", form.assigned()));
-    let (blend, last) = block(&|Form { name: output, text, is_int, .. }| match is_int {
+    let (all, end) = block(&Form::assigned);
+    let (blend, last) = block(&|Form { name: output, text, is_int }| match is_int {
         true => format!("{output} = {name} < 0.5 ? {output} : {text};"),
         false => format!("{output} = mix({output}, {text}, {name});"),
     });
@@ -447,7 +320,7 @@ fn comment(text: &str) -> String {
     out + &line + "\n"
 }
 
-/// A width with three digits, rounded up or down.
+/// A size with three digits, rounded up or down.
 pub(super) fn rounded(x: f64, up: bool) -> String {
     if !(x > 0.0 && x.is_finite()) {
         return "0".to_string();

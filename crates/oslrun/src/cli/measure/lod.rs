@@ -43,10 +43,14 @@ pub(in crate::cli) struct LodArgs {
     /// The default is a step of an image with 8 bits.
     #[arg(long, value_name = "SHARE", default_value_t = 0.004)]
     tolerance: f64,
+    /// The largest root mean square error of a mean that replaces the outputs: a share of an output's range.
+    /// Where it is larger, the original runs.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25)]
+    error: f64,
     /// Another number measures at other points.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u32,
-    /// Print JSON: the levels, and for each footprint the errors, the times and the front.
+    /// Print JSON: the levels, and for each footprint the errors and the times.
     #[arg(long)]
     json: bool,
     /// Write a page with the levels, pictures side by side at each footprint, and the written shader.
@@ -128,6 +132,7 @@ pub(in crate::cli) fn lod(args: &LodArgs, console: &mut Console<'_>) -> Result<(
         options: &options,
         samples: args.samples,
         tolerance: args.tolerance,
+        error: args.error,
         seed: args.seed,
         pictures: args.html.is_some(),
     });
@@ -149,8 +154,10 @@ pub(in crate::cli) fn lod(args: &LodArgs, console: &mut Console<'_>) -> Result<(
 
 /// Refuses what is not the source of a single shader, and numbers out of range.
 fn suits<'a>(args: &LodArgs, run: &'a Image) -> Result<&'a Path, Failure> {
-    if !(0.0..1.0).contains(&args.tolerance) {
-        return Err(Failure::usage("--tolerance must be a share from 0 to 1"));
+    for (name, share) in [("tolerance", args.tolerance), ("error", args.error)] {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(Failure::usage(format!("--{name} must be a share from 0 to 1")));
+        }
     }
     let single = run.shader.file.as_deref().filter(|file| {
         run.shader.network.is_empty()

@@ -1,9 +1,7 @@
-//! How far values are from the reference, and the tests that a level has to pass: its error is not larger
-//! than the original's, its picture is not brighter or darker, and the given image is like the points
-//! elsewhere.
-//!
-//! This module must not know where the values come from.
+//! Error statistics, and the tests that a level passes: its error is not larger than that of the original and
+//! not above a bound, its picture is not brighter or darker, and the given image is like the points elsewhere.
 
+use super::ground::Sides;
 use serde::Serialize;
 
 /// Columns and rows of blocks into which a picture is divided to judge its mean. The error of a mean follows
@@ -43,6 +41,22 @@ impl Square {
     }
 }
 
+/// How large an error may be, as a share of an output's range.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    /// Up to this error, a level is good even if the original is closer.
+    pub(super) tolerance: f64,
+    /// The largest root mean square error of a mean.
+    pub(super) error: f64,
+}
+
+impl Bounds {
+    /// Those of something that runs the original, or a form of it.
+    pub(super) fn without_error(self) -> Bounds {
+        Bounds { error: f64::INFINITY, ..self }
+    }
+}
+
 /// How far values are off.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Off {
@@ -72,6 +86,8 @@ pub(super) enum Cause {
     Larger,
     /// Its error is not larger, as far as known, but that is not certain.
     Unsure,
+    /// Its error is above the bound.
+    Above,
     /// The mean of the picture is off.
     Shifted,
     /// The given image has larger errors than the points elsewhere.
@@ -84,7 +100,8 @@ pub(super) struct Fault {
     pub(super) cause: Cause,
     /// The number of the output.
     pub(super) output: usize,
-    pub(super) footprint: f64,
+    /// The sides of the pixels.
+    pub(super) sides: Sides,
     /// The error of the level and what it is compared with, or how far the mean is off and how far it may be.
     pub(super) shares: [f64; 2],
 }
@@ -122,17 +139,24 @@ impl Off {
     }
 
     /// The first of these tests that an output fails. Its mean square error is not larger than another one's,
-    /// beyond the doubt of two standard errors, or below the tolerance. And its mean over the picture is not
-    /// off by more than the tolerance, beyond the doubt of three standard errors.
-    pub(super) fn fault(&self, other: &Off, (tolerance, footprint): (f64, f64)) -> Option<Fault> {
+    /// beyond the doubt of two standard errors, or below the tolerance. In elongated pixels, where a pattern of
+    /// lines has as large an error with both, it is not larger beyond doubt. Its root is not above the bound. And
+    /// its mean over the picture is not off by more than the tolerance, beyond the doubt of three standard
+    /// errors.
+    pub(super) fn fault(&self, other: &Off, Bounds { tolerance, error }: Bounds, sides: Sides) -> Option<Fault> {
         let pairs = self.squares.iter().zip(&other.squares).enumerate();
         pairs.into_iter().find_map(|(output, (own, others))| {
-            let fault = |cause, shares| Some(Fault { cause, output, footprint, shares });
+            let fault = |cause, shares| Some(Fault { cause, output, sides, shares });
             let more: Vec<f64> = own.iter().zip(others).map(|(a, b)| a - b).collect();
             let more = Square::of(&more);
-            if more.mean + 2.0 * more.uncertain > 0.0 && self.output(output).limit() > tolerance {
+            let root = self.output(output).root();
+            let doubt = if sides[0] == sides[1] { 2.0 } else { -2.0 };
+            if more.mean + doubt * more.uncertain > 0.0 && self.output(output).limit() > tolerance {
                 let cause = if more.mean > 0.0 { Cause::Larger } else { Cause::Unsure };
-                return fault(cause, [self.output(output).root(), other.output(output).root()]);
+                return fault(cause, [root, other.output(output).root()]);
+            }
+            if root > error {
+                return fault(Cause::Above, [root, error]);
             }
             let may = tolerance + self.rounding.get(output).copied().unwrap_or(0.0);
             let shifts = self.shifts.get(output)?.iter().zip(other.shifts.get(output)?);
@@ -152,7 +176,7 @@ impl Off {
         &self,
         other: &Off,
         elsewhere: [&Off; 2],
-        (tolerance, footprint, changed): (f64, f64, &[bool]),
+        (tolerance, sides, changed): (f64, Sides, &[bool]),
     ) -> Option<Fault> {
         let largest = |list: &Vec<f64>| list.iter().copied().fold(0.0, f64::max).sqrt();
         let pairs = self.squares.iter().zip(&other.squares).zip(changed).enumerate();
@@ -161,12 +185,12 @@ impl Off {
             let more = Square::of(&more);
             let roots = [self.output(output).root(), other.output(output).root()];
             if own.len() >= FEW && more.mean > 2.0 * more.uncertain && roots[0] > tolerance {
-                return Some(Fault { cause: Cause::Larger, output, footprint, shares: roots });
+                return Some(Fault { cause: Cause::Larger, output, sides, shares: roots });
             }
             let [level, original] = elsewhere;
             let most = level.squares.get(output).map_or(0.0, largest).max(original.output(output).root());
             let shares = [largest(own), most];
-            let unlike = Fault { cause: Cause::Unlike, output, footprint, shares };
+            let unlike = Fault { cause: Cause::Unlike, output, sides, shares };
             (shares[0] > (OUTLIER * most).max(tolerance)).then_some(unlike)
         })
     }
@@ -200,6 +224,8 @@ pub(super) fn shift(errors: &[Option<f64>], blocks: &[usize]) -> Square {
 mod tests {
     use super::*;
 
+    const BOUNDS: Bounds = Bounds { tolerance: 0.004, error: 0.95 };
+
     fn off(errors: &[f64], shift: Square) -> Off {
         let squares = vec![errors.iter().map(|x| x * x).collect()];
         Off { squares, own: vec![0.0], shifts: vec![vec![shift]], rounding: vec![0.0] }
@@ -211,17 +237,19 @@ mod tests {
         let original = off(&[0.9, -0.9, 0.8, -0.8], sure(0.0));
         let fault = |shift: f64| {
             let level = off(&[0.2, 0.2, -0.2, -0.2], sure(shift));
-            level.fault(&original, (0.004, 16.0)).map(|fault| fault.cause)
+            level.fault(&original, BOUNDS, [16.0; 2]).map(|fault| fault.cause)
         };
         assert_eq!(fault(0.0), None);
         assert_eq!(fault(0.03), None, "within three standard errors");
         let moved = off(&[0.9, -0.9, 0.8, -0.8], sure(0.05));
-        assert!(off(&[0.2; 4], sure(0.05)).fault(&moved, (0.004, 16.0)).is_none(), "as far as the original");
+        assert!(off(&[0.2; 4], sure(0.05)).fault(&moved, BOUNDS, [16.0; 2]).is_none(), "as far as the original");
         assert_eq!((fault(0.035), fault(-0.035)), (Some(Cause::Shifted), Some(Cause::Shifted)));
         let larger = off(&[1.0; 4], sure(0.0));
-        assert_eq!(larger.fault(&original, (0.004, 16.0)).map(|fault| fault.cause), Some(Cause::Larger));
+        assert_eq!(larger.fault(&original, BOUNDS, [16.0; 2]).map(|fault| fault.cause), Some(Cause::Larger));
+        let above = off(&[0.97, 0.97, 0.98, 0.98], sure(0.0)).fault(&larger, BOUNDS, [16.0; 2]);
+        assert_eq!(above.map(|fault| fault.cause), Some(Cause::Above));
         let unsure = off(&[0.1, 0.1, 0.1, 1.1], sure(0.0));
-        assert_eq!(unsure.fault(&original, (0.004, 16.0)).map(|fault| fault.cause), Some(Cause::Unsure));
+        assert_eq!(unsure.fault(&original, BOUNDS, [16.0; 2]).map(|fault| fault.cause), Some(Cause::Unsure));
     }
 
     #[test]
@@ -229,7 +257,7 @@ mod tests {
         let none = Square::default();
         let (level, original) = (off(&[0.1, 0.0], none), off(&[0.05, 0.0], none));
         let cause = |own: f64, elsewhere: [&Off; 2]| {
-            let fault = off(&[0.0, own], none).fault_at_home(&original, elsewhere, (0.004, 64.0, &[true]));
+            let fault = off(&[0.0, own], none).fault_at_home(&original, elsewhere, (0.004, [64.0; 2], &[true]));
             fault.map(|fault| fault.cause)
         };
         assert_eq!(cause(0.14, [&level, &original]), None);
@@ -246,7 +274,7 @@ mod tests {
         let cause = |own: f64, changed: bool| {
             let other = off(&[0.2; 64], none);
             let fault =
-                off(&[own; 64], none).fault_at_home(&other, [&large, &large], (0.004, 4.0, &[changed]));
+                off(&[own; 64], none).fault_at_home(&other, [&large, &large], (0.004, [4.0; 2], &[changed]));
             fault.map(|fault| fault.cause)
         };
         assert_eq!((cause(0.3, true), cause(0.3, false)), (Some(Cause::Larger), None));
