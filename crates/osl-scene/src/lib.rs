@@ -17,6 +17,7 @@ mod grid;
 pub mod light;
 mod math;
 pub mod mesh;
+mod mis;
 mod reference;
 pub mod render;
 pub mod scene;

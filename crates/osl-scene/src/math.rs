@@ -3,6 +3,11 @@
 //! The standard library's functions call the machine's own library. These come from the crate `libm`, which
 //! computes them itself. Square roots and rounding are exact everywhere and need no replacement.
 
+/// Whether a number is positive; false for NaN.
+pub(crate) fn positive(x: f32) -> bool {
+    x > 0.0
+}
+
 /// The square of a number.
 pub(crate) fn square(x: f32) -> f32 {
     x * x

@@ -43,8 +43,10 @@ const MOST: u32 = 1024;
 const CLAMP: f32 = 2.0;
 /// Squares of the floor per reach of the surface.
 const SQUARES: f32 = 1.0;
-/// Reflections from surface to surface.
+/// Diffuse reflections from surface to surface.
 const DEPTH: u32 = 1;
+/// Mirrors and interfaces on a path: glass has two at least, and light may be reflected inside.
+const GLOSSY_DEPTH: u32 = 6;
 
 /// Renders the picture and writes it.
 pub(super) fn run(
@@ -78,9 +80,7 @@ pub(super) fn run(
     let mut messages = report.send(&staged.job.displaced, sink);
     let hits = Report { points: (0, "hits"), width: Some(image.points.grid.0), ..report };
     messages.add(hits.send(&picture.messages, sink));
-    for name in &picture.unknown {
-        sink.warn(&format!("closure `{name}` is not rendered"));
-    }
+    note_unknown(&picture.unknown, sink);
     messages.judge(image.shader.lints.denies_errors())?;
     sink.note(&format!("the preview shows {}", roles.words()));
     if picture.clamped > 0 {
@@ -115,6 +115,16 @@ pub(super) fn run(
     }
     (done.sources, done.name) = (loaded.sources.clone(), loaded.name.clone());
     Ok(done)
+}
+
+/// Sends a note for each closure that the renderer does not know.
+pub fn note_unknown<Name: AsRef<str>>(names: &[Name], sink: &mut dyn Sink) {
+    for name in names {
+        let name = name.as_ref();
+        sink.note(&format!(
+            "the closure `{name}` is not known here: its part of the light is squares of magenta and yellow"
+        ));
+    }
 }
 
 /// The times of a picture, the number of rays, and its mean error, as lines of text.
@@ -261,7 +271,7 @@ impl Staged<'_> {
             sky: Some(Stage::sky()),
             background: true,
             diffuse_depth: DEPTH,
-            glossy_depth: DEPTH,
+            glossy_depth: GLOSSY_DEPTH,
             limits: self.image.limits().clone(),
         })
     }

@@ -14,7 +14,7 @@ pub mod sight;
 mod surface;
 mod within;
 
-pub use lit::stats as render_stats;
+pub use lit::{note_unknown, stats as render_stats};
 
 use crate::report::closures;
 use crate::report::histogram::{self, Histogram};

@@ -1,4 +1,4 @@
-//! Coordinate frames around a normal, and sampling of directions in them.
+//! Axes around a normal, and sampling of directions in them.
 
 use crate::math;
 use glam::{Vec2, Vec3};
@@ -18,16 +18,16 @@ pub struct Frame {
 impl Frame {
     /// Axes around a normal of length 1.
     pub fn around(n: Vec3) -> Frame {
-        let (x, y) = n.any_orthonormal_pair();
-        Frame { x, y, n }
+        let aside = if n.x.abs() > 0.01 { Vec3::new(n.z, 0.0, -n.x) } else { Vec3::new(0.0, -n.z, n.y) };
+        let x = aside.normalize_or_zero();
+        Frame { x, y: n.cross(x), n }
     }
 
-    /// Axes around a normal; the first follows a direction as closely as possible.
+    /// Axes around a normal, the first along a tangent if it has a part across the normal. Their length is
+    /// that of this part, which testrender does not normalise.
     pub fn along(n: Vec3, tangent: Vec3) -> Frame {
-        match (tangent - n * n.dot(tangent)).try_normalize() {
-            Some(x) => Frame { x, y: n.cross(x), n },
-            None => Frame::around(n),
-        }
+        let y = n.cross(tangent);
+        if y.length_squared() > 0.0 { Frame { x: y.cross(n), y, n } } else { Frame::around(n) }
     }
 
     /// Converts a direction to these axes.

@@ -21,7 +21,7 @@ pub struct Arriving {
     pub distance: f32,
     /// Radiance divided by the density of the choice.
     pub weight: Vec3,
-    /// The density of the direction by solid angle; 0 if it is the only one.
+    /// The density of the direction by solid angle; infinite if it is the only one.
     pub pdf: f32,
 }
 
@@ -55,7 +55,7 @@ impl SphereLight {
         let distance = to.length();
         let axis = to.try_normalize()?;
         if self.radius == 0.0 {
-            return Some(Arriving { wi: axis, distance, weight: self.color * PI, pdf: 0.0 });
+            return Some(Arriving { wi: axis, distance, weight: self.color * PI, pdf: f32::INFINITY });
         }
         let (open, radiance) = self.cone(p)?;
         let below = u[0] * open;
@@ -80,12 +80,6 @@ impl SphereLight {
         let hit = along > 0.0 && inside > 0.0 && along - inside.sqrt() < reach;
         hit.then(|| (radiance, 1.0 / (TAU * open)))
     }
-}
-
-/// The weight of one of two sampling techniques. E. Veach and L. Guibas, "Optimally Combining Sampling
-/// Techniques", 1995: the balance heuristic.
-pub fn balance(own: f32, other: f32) -> f32 {
-    if own + other > 0.0 { own / (own + other) } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -94,9 +94,3 @@ fn directions_and_places_of_a_sky_are_each_others_inverse() {
         Sky::constant(Vec3::ONE).sample([0.5; 2]).is_none() && Sky::constant(Vec3::ONE).pdf(Vec3::X) == 0.0
     );
 }
-
-#[test]
-fn weights_of_two_ways_add_up() {
-    assert_eq!(balance(1.0, 3.0) + balance(3.0, 1.0), 1.0);
-    assert_eq!(balance(0.0, 0.0), 0.0);
-}

@@ -6,10 +6,11 @@ use super::sampler::Sampler;
 use super::shade::{self, PathHit, Shaded};
 use super::walk::{self, Medium};
 use super::world::{Hit, World, leave};
-use crate::bsdf::{Chosen, Next, Scatter};
+use crate::bsdf::{Next, Sample as Chosen, Scatter, Way};
 use crate::camera::Ray;
-use crate::light::{Arriving, balance};
+use crate::light::Arriving;
 use crate::mesh::SurfacePoint;
+use crate::mis;
 use crate::surface_points::Footprint;
 use glam::Vec3;
 use osl_exec::{RunError, Said, unite};
@@ -21,8 +22,8 @@ use std::sync::Arc;
 const MAX_VERTICES: u32 = 64;
 /// After this many surfaces, weak paths are terminated at random (Russian roulette).
 const SURE_VERTICES: u32 = 3;
-/// How fast a diffusely reflected ray widens; textures seen by such rays need little detail.
-const DIFFUSE_SPREAD: f32 = 0.2;
+/// How fast a ray widens that a rough surface reflects; textures seen by such rays need little detail.
+const ROUGH_SPREAD: f32 = 0.2;
 
 /// How directions to lights are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,7 +72,7 @@ struct Path {
     direction: Vec3,
     /// The share of light at its end that reaches the camera.
     throughput: Vec3,
-    /// The density of its direction; 0 if it was the only one.
+    /// The density of its direction; infinite if it was the only one.
     pdf: f32,
     /// The camera ray with its derivatives, until a surface changes its direction.
     lens: Option<Ray>,
@@ -81,6 +82,8 @@ struct Path {
     diffuse: u32,
     glossy: u32,
     vertex: u32,
+    /// Whether the surface that the camera sees is recorded in the layers.
+    recorded: bool,
     /// Whether the path only looks for lights because it has reached the maximum number of surfaces.
     last: bool,
 }
@@ -136,7 +139,8 @@ impl Tracer<'_> {
                     let (Some(path), Some(scatter)) = (paths.get(hit.path), shaded.scatter.get(at)) else {
                         continue;
                     };
-                    if seen && path.vertex == 0 {
+                    let first = seen && !path.recorded && !scatter.is_clear();
+                    if first {
                         let depth = self.world.view.depth(hit.hit.point.p) as f32;
                         shade::record(self.layers, path.pixel, hit, &shaded, at, depth);
                     }
@@ -145,7 +149,7 @@ impl Tracer<'_> {
                     if let Some(light) = light.get_mut(path.slot).filter(|_| here.is_finite()) {
                         *light += here;
                     }
-                    next.extend(on);
+                    next.extend(on.map(|on| Path { recorded: path.recorded || first, ..on }));
                 }
                 self.note(shaded, |at| {
                     hits.get(at).and_then(|hit| paths.get(hit.path)).map_or(0, |p| p.pixel)
@@ -175,7 +179,7 @@ impl Tracer<'_> {
             said.first = pixel(said.first);
         }
         let mut unknown: Vec<Arc<str>> = Vec::new();
-        for name in shaded.scatter.iter().flat_map(|s| &s.unknown) {
+        for (name, _) in shaded.scatter.iter().flat_map(|s| &s.unknown) {
             if !unknown.contains(name) {
                 unknown.push(name.clone());
             }
@@ -195,13 +199,14 @@ impl Tracer<'_> {
             origin: ray.origin,
             direction: ray.direction,
             throughput: Vec3::ONE,
-            pdf: 0.0,
+            pdf: f32::INFINITY,
             lens: Some(ray),
             width: 0.0,
             spread,
             diffuse: 0,
             glossy: 0,
             vertex: 0,
+            recorded: false,
             last: false,
         }
     }
@@ -209,8 +214,8 @@ impl Tracer<'_> {
     /// Light of the sky and of lamps along a path.
     fn gathered(&self, path: &Path, hit: Option<&Hit>) -> Vec3 {
         let share = |pdf: f32| match self.strategy {
-            Strategy::Both if path.pdf > 0.0 => balance(path.pdf, pdf),
-            _ => 1.0,
+            Strategy::Both => mis::power(path.pdf, pdf),
+            Strategy::Surfaces => 1.0,
         };
         let mut light = Vec3::ZERO;
         let sees_sky = self.world.background || path.lens.is_none();
@@ -245,29 +250,29 @@ impl Tracer<'_> {
             return (light, None);
         }
         light += self.lamps(path, &met.hit.point, scatter, 3 * vertex);
-        let [choice, u @ ..] = path.sampler.four(self.set(3 * vertex));
-        match scatter.next(choice, u) {
+        let [u @ .., _] = path.sampler.four(self.set(3 * vertex));
+        match scatter.next(u) {
             None => (light, None),
-            Some(Next::Direction(chosen)) => (light, self.go_on(path, met, chosen, vertex)),
-            Some(Next::Below { weight, radius, albedo, g }) => {
+            Some(Next::Direction(chosen, way)) => (light, self.go_on(path, met, (chosen, way), vertex)),
+            Some(Next::Below { weight, inside }) => {
                 let mut random = path.sampler.stream(vertex);
                 let object = met.hit.object.and_then(|object| self.world.objects.get(object));
                 let exit = match object {
-                    Some(object) if radius.max_element() > 0.0 => {
-                        let medium = Medium::new(radius, albedo, g);
+                    Some(object) if inside.radius.max_element() > 0.0 => {
+                        let medium = Medium::new(&inside);
                         walk::walk(&object.body, &met.hit.point, &medium, &mut random)
                     }
                     // A plane has no interior: light leaves where it entered.
-                    _ => Some(walk::Exit { point: met.hit.point, weight: albedo }),
+                    _ => Some(walk::Exit { point: met.hit.point, weight: inside.albedo }),
                 };
                 let Some(exit) = exit else { return (light, None) };
                 let out = exit.point;
                 let scatter = Scatter::diffuse(out.ng, out.n, out.ng, exit.weight * weight);
                 light += self.lamps(path, &out, &scatter, 3 * vertex + 1);
-                let [choice, u @ ..] = path.sampler.four(self.set(3 * vertex + 1));
-                let Some(Next::Direction(chosen)) = scatter.next(choice, u) else { return (light, None) };
+                let [u @ .., _] = path.sampler.four(self.set(3 * vertex + 1));
+                let Some(Next::Direction(chosen, way)) = scatter.next(u) else { return (light, None) };
                 let met = PathHit { hit: Hit { point: out, ..met.hit }, ..*met };
-                (light, self.go_on(path, &met, chosen, vertex))
+                (light, self.go_on(path, &met, (chosen, way), vertex))
             }
         }
     }
@@ -286,12 +291,11 @@ impl Tracer<'_> {
         let mut light = Vec3::ZERO;
         let mut add = |tracer: &mut Self, arriving: Arriving| {
             // A point light cannot be hit by chance.
-            if tracer.strategy == Strategy::Surfaces && arriving.pdf > 0.0 {
+            if tracer.strategy == Strategy::Surfaces && arriving.pdf.is_finite() {
                 return;
             }
-            let (value, density) = scatter.value(arriving.wi);
-            let share = if arriving.pdf > 0.0 { balance(arriving.pdf, density) } else { 1.0 };
-            let here = value * arriving.weight * share;
+            let value = scatter.eval(arriving.wi);
+            let here = value.weight * arriving.weight * mis::of_weights(arriving.pdf, value.pdf);
             if here.max_element() > 0.0 && here.is_finite() {
                 let origin = leave(point.p, point.ng, arriving.wi);
                 tracer.notes.rays += 1;
@@ -319,12 +323,12 @@ impl Tracer<'_> {
     }
 
     /// The path in its new direction; `None` if it ends here.
-    fn go_on(&self, path: &Path, met: &PathHit, chosen: Chosen, vertex: u32) -> Option<Path> {
+    fn go_on(&self, path: &Path, met: &PathHit, (chosen, way): (Chosen, Way), vertex: u32) -> Option<Path> {
         let mut throughput = path.throughput * chosen.weight;
         if !(throughput.is_finite() && throughput.max_element() > 0.0) {
             return None;
         }
-        if vertex > SURE_VERTICES && !chosen.straight {
+        if vertex > SURE_VERTICES && way != Way::Straight {
             let stay = throughput.max_element().min(1.0);
             if path.sampler.stream(vertex ^ 0x5bd1).next() >= stay {
                 return None;
@@ -338,20 +342,16 @@ impl Tracer<'_> {
             pdf: chosen.pdf,
             width: path.width + path.spread * met.hit.t,
             vertex,
-            lens: if chosen.straight { path.lens } else { None },
+            lens: if way == Way::Straight { path.lens } else { None },
             ..*path
         };
-        if chosen.straight {
+        match way {
             // As if there were no surface.
-            next.pdf = 0.0;
-            return Some(next);
+            Way::Straight => return Some(next),
+            Way::Diffuse => next.diffuse += 1,
+            Way::Glossy => next.glossy += 1,
         }
-        if chosen.diffuse {
-            next.diffuse += 1;
-            next.spread = next.spread.max(DIFFUSE_SPREAD);
-        } else {
-            next.glossy += 1;
-        }
+        next.spread = next.spread.max(ROUGH_SPREAD * chosen.roughness);
         next.last = next.diffuse > self.world.diffuse_depth || next.glossy > self.world.glossy_depth;
         Some(next)
     }

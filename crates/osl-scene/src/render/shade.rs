@@ -2,7 +2,8 @@
 
 use super::layers::Layers;
 use super::world::{Hit, Material, World};
-use crate::bsdf::Scatter;
+use crate::bsdf::{Rules, Scatter, Side};
+use crate::camera::View;
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
 use osl_exec::{Frame, Plane, PointSource, Run, RunError, RunOptions, Said};
@@ -61,7 +62,10 @@ pub(super) fn shade(
         }
         None => {
             let list = closures.iter().find(|c| &*c.output == "Ci").map(|c| c.point(at));
-            Scatter::new(&list.unwrap_or_default(), hit.hit.point.ng, -hit.incident)
+            let side = Side::new(hit.hit.point.ng, -hit.incident);
+            let mut scatter = Scatter::new(&list.unwrap_or_default(), side, Rules::Correct);
+            scatter.paint_unknown(|| signal(&world.view, hit.hit.point.p));
+            scatter
         }
     };
     let scatter = hits.iter().enumerate().map(|(at, hit)| of(at, hit)).collect();
@@ -83,6 +87,20 @@ fn matt(planes: &[Plane], name: &str, at: usize) -> Vec3 {
     if color.is_finite() { color.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO }
 }
 
+/// Squares of the signal pattern along the height of a picture.
+const SQUARES: f64 = 16.0;
+
+/// The light of a closure that is not in the table: squares of the picture in two colors that shaders rarely
+/// have.
+fn signal(view: &View, p: Vec3) -> Vec3 {
+    let side = (view.resolution()[1] as f64 / SQUARES).max(2.0);
+    let odd = view.project(p).is_some_and(|place| {
+        let square = (place / side).floor();
+        (square.x + square.y).rem_euclid(2.0) > 0.0
+    });
+    if odd { Vec3::new(1.0, 0.0, 1.0) } else { Vec3::new(0.9, 0.8, 0.0) }
+}
+
 /// Records a visible hit in the layers.
 pub(super) fn record(
     layers: &mut Layers,
@@ -93,7 +111,7 @@ pub(super) fn record(
     depth: f32,
 ) {
     let Some(scatter) = shaded.scatter.get(at) else { return };
-    layers.add_surface(pixel, scatter.albedo(), hit.hit.point.n, depth);
+    layers.add_surface(pixel, scatter.albedo(false), hit.hit.point.n, depth);
     for (name, color) in &scatter.marks {
         layers.add_mark(pixel, name, *color);
     }

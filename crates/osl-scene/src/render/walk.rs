@@ -6,7 +6,7 @@
 
 use super::sampler::Stream;
 use super::world::{Body, leave};
-use crate::bsdf::Frame;
+use crate::bsdf::{Frame, Inside};
 use crate::math;
 use crate::mesh::SurfacePoint;
 use glam::Vec3;
@@ -29,7 +29,7 @@ pub(super) struct Medium {
 
 impl Medium {
     /// The medium whose surface has the color `albedo` and whose light scatters over about `radius`.
-    pub(super) fn new(radius: Vec3, albedo: Vec3, g: f32) -> Medium {
+    pub(super) fn new(&Inside { radius, albedo, g }: &Inside) -> Medium {
         let scattered =
             albedo.map(|a| 1.0 - math::exp(-5.094_06 * a + 2.611_88 * a * a - 4.318_05 * a * a * a));
         let scale = albedo.map(|a| 1.9 - a + 3.5 * (a - 0.8) * (a - 0.8));

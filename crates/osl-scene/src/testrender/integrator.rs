@@ -5,11 +5,12 @@
 //! or on the grouping of paths.
 
 use super::camera::Ray;
-use super::closures::{self, Surface};
-use super::mis;
+
 use super::sampler::{Sampler, tent};
 use super::shapes::{Point, nearest};
 use super::world::{self, Notes, Stage, World};
+use crate::bsdf::{self, Next, Rules, Scatter, Side};
+use crate::mis;
 use glam::Vec3;
 use osl_exec::RunError;
 use rayon::prelude::*;
@@ -195,7 +196,9 @@ impl Tracer<'_> {
                 let closures = self.stage.shade(group, &points, kind, &mut self.notes)?;
                 for (hit, components) in hits.into_iter().zip(closures) {
                     self.stage.goes_on()?;
-                    let surface = Surface::new(&components, -hit.point.i.value, hit.point.backfacing);
+                    let (wo, n) = (-hit.point.i.value, hit.point.n);
+                    let side = Side { wo, ng: n, inside: hit.point.backfacing };
+                    let surface = Scatter::new(&components, side, Rules::Testrender);
                     if let Some(light) = light.get_mut(hit.path.slot) {
                         next.extend(self.scatter(hit, surface, bounce, light, &mut seen));
                     }
@@ -248,7 +251,7 @@ impl Tracer<'_> {
     fn scatter(
         &self,
         hit: SurfaceHit,
-        surface: Surface,
+        mut surface: Scatter,
         bounce: usize,
         light: &mut Vec3,
         seen: &mut Vec<Seen>,
@@ -256,7 +259,7 @@ impl Tracer<'_> {
         let SurfaceHit { mut path, shape: index, point, radius, .. } = hit;
         let shapes = &self.stage.world.shapes;
         let shape = shapes.get(index)?;
-        let (p, wo) = (point.p.value, -point.i.value);
+        let p = point.p.value;
         let share = match shape.is_light {
             true => mis::power(path.pdf, shape.form.pdf(path.ray.origin, p)),
             false => 1.0,
@@ -265,17 +268,16 @@ impl Tracer<'_> {
         if bounce == self.options.max_bounces {
             return None;
         }
-        let mut lobes = surface.lobes;
-        lobes.prepare(wo, path.throughput, bounce >= self.options.absorbed_from);
+        surface.prepare(path.throughput, bounce >= self.options.absorbed_from);
         if let Some(scale) = self.options.albedo {
-            *light += path.throughput * lobes.albedo(wo) * scale;
+            *light += path.throughput * surface.albedo(true) * scale;
             return None;
         }
         let [xi, yi, zi] = path.sampler.three();
         if let Some(table) = &self.stage.table {
             let chosen = table.sample([xi, yi]);
             let direction = chosen.direction.value;
-            let value = lobes.eval(wo, direction);
+            let value = surface.eval(direction);
             let factor = mis::of_weights(chosen.pdf, value.pdf);
             let found = path.throughput * value.weight * chosen.weight * factor;
             if found.element_sum() > 0.0 {
@@ -293,7 +295,7 @@ impl Tracer<'_> {
                 return None;
             }
             let chosen = shape.form.sample(p, [xi, yi]);
-            let value = lobes.eval(wo, chosen.direction);
+            let value = surface.eval(chosen.direction);
             let found = path.throughput * value.weight * mis::of_value(chosen.pdf, value.pdf);
             if found.element_sum() > 0.0 {
                 let ray = Ray { origin: p, direction: chosen.direction, radius, spread: 0.0 };
@@ -303,7 +305,7 @@ impl Tracer<'_> {
                 }
             }
         }
-        let chosen = lobes.sample(wo, [xi, yi, zi]);
+        let Some(Next::Direction(chosen, _)) = surface.next([xi, yi, zi]) else { return None };
         path.throughput *= chosen.weight;
         if !(path.throughput.cmpgt(Vec3::ZERO).any()) {
             return None;
@@ -325,7 +327,7 @@ impl Tracer<'_> {
                 let closures = self.stage.shade(group, &points, world::Ray::Light, &mut self.notes)?;
                 for (seen, components) in seen.iter().zip(closures) {
                     if let Some(light) = light.get_mut(seen.slot) {
-                        *light += seen.share * closures::emitted(&components);
+                        *light += seen.share * bsdf::emitted(&components);
                     }
                 }
             }

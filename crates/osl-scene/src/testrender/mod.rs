@@ -2,16 +2,13 @@
 //!
 //! Scenes are XML ([`scene`]) with a [`camera`], spheres and quads ([`shapes`]), shader groups and a
 //! [`background`]. Its test pictures have few paths per pixel and are compared directly, so the noise is part
-//! of the format: random numbers ([`sampler`]), their order ([`integrator`]) and every formula of the
-//! [`closures`] follow it. `oslrun render` ([`crate::render`]) has its own path tracer, which aims for
+//! of the format: random numbers ([`sampler`]), their order ([`integrator`]) and every formula follow it. `oslrun render` ([`crate::render`]) has its own path tracer, which aims for
 //! correct pictures instead. This module must not know files, command lines or how shaders are compiled.
 
 pub mod background;
 pub mod camera;
-pub mod closures;
 pub mod dual;
 pub mod integrator;
-mod mis;
 mod points;
 pub mod sampler;
 pub mod scene;
@@ -23,8 +20,3 @@ pub use integrator::{Options, Picture, render};
 pub use points::{DERIVS, VARYING};
 pub use scene::{GroupText, Scene, SceneError};
 pub use world::{Notes, RayServices, World};
-
-/// Whether a number is positive; false for NaN.
-fn positive(x: f32) -> bool {
-    x > 0.0
-}

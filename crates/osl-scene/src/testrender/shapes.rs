@@ -2,7 +2,7 @@
 
 use super::camera::{Ray, orthogonal};
 use super::dual::{Dual, Dual3};
-use crate::testrender::positive;
+use crate::math::positive;
 use glam::Vec3;
 use osl_numeric::strict::sincos;
 use std::f32::consts::{PI, TAU};

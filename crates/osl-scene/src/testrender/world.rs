@@ -2,10 +2,10 @@
 
 use super::background::{self, Table};
 use super::camera::{Camera, View};
-use super::closures;
 use super::dual::Dual3;
 use super::points::{Attributes, Points};
 use super::shapes::{Point, Shape};
+use crate::bsdf;
 use osl_exec::{
     Component, Frame, PointSource, Printed, Program, Run, RunError, RunOptions, Said, Services, unite,
 };
@@ -138,7 +138,7 @@ impl<'w> Stage<'w> {
         let Some(group) = self.world.background else { return Ok(Vec::new()) };
         let points: Vec<Point> = directions.iter().map(|i| Point { i: *i, ..Point::default() }).collect();
         let found = self.shade(group, &points, ray, notes)?;
-        Ok(found.iter().map(|components| closures::background(components)).collect())
+        Ok(found.iter().map(|components| bsdf::background(components)).collect())
     }
 
     /// The closures of points of a shader group.

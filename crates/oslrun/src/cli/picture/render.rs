@@ -13,7 +13,7 @@ use osl_files::{FileError, Roots};
 use osl_hir::hir;
 use osl_image::TextureCache;
 use osl_job::file::light::Stored;
-use osl_job::picture::render_stats;
+use osl_job::picture::{self, render_stats};
 use osl_job::picture::setup::{on_threads, stopped};
 use osl_job::report::messages::{Report, Tally};
 use osl_job::request::Reading;
@@ -236,19 +236,17 @@ fn picture(
 }
 
 /// Prints the messages of shaders.
-fn said(picture: &Picture, sources: &SourceMap, args: &RenderArgs, sink: &mut dyn Sink) -> Tally {
+fn said(rendered: &Picture, sources: &SourceMap, args: &RenderArgs, sink: &mut dyn Sink) -> Tally {
     let report = Report {
         sources,
         points: (0, "hits"),
-        width: Some(picture.width),
+        width: Some(rendered.width),
         textures: &textures(args, &Limits::default()),
         path_option: "--search-path",
         texts: &[],
     };
-    let tally = report.send(&picture.messages, sink);
-    for name in &picture.unknown {
-        sink.warn(&format!("closure `{name}` is not rendered"));
-    }
+    let tally = report.send(&rendered.messages, sink);
+    picture::note_unknown(&rendered.unknown, sink);
     tally
 }
 

@@ -1,21 +1,32 @@
-//! Microfacet lobes: visible normals are sampled by their slopes. E. Heitz and E. d'Eon, "Importance Sampling
+//! Rough surfaces as tiny mirrors, after B. Walter et al., "Microfacet Models for Refraction through Rough
+//! Surfaces", 2007. Visible normals are sampled by their slopes: E. Heitz and E. d'Eon, "Importance Sampling
 //! Microfacet-Based BSDFs using the Distribution of Visible Normals", 2014.
 
 use super::fresnel::{self, Fresnel, dielectric};
-use super::{Sample, frame, frame_along};
-use crate::bsdf::{Distribution, Facets, Frame};
-use crate::math;
-use crate::testrender::positive;
+use super::{Frame, Rules, Sample};
+use crate::math::{self, positive};
 use glam::{Vec2, Vec3};
 use osl_numeric::strict::{acos, erf, ierf};
 use std::f32::consts::PI;
 
+/// The distribution of facet normals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Distribution {
+    /// Long tails.
+    Ggx,
+    /// Gaussian slopes.
+    Beckmann,
+}
+
 /// A microfacet lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FacetLobe {
-    axes: Frame,
-    facets: Facets,
-    kind: Kind,
+    pub(super) axes: Frame,
+    pub(super) distribution: Distribution,
+    /// Roughness along the first and the second tangent.
+    pub(super) alpha: Vec2,
+    pub(super) kind: Kind,
+    pub(super) rules: Rules,
 }
 
 /// How facets scatter light.
@@ -28,33 +39,20 @@ pub(super) enum Kind {
     Tinted { fresnel: Fresnel, eta: Option<f32> },
 }
 
-/// Densities and visibility of the facets with a normal, for a pair of directions.
-struct Terms {
-    /// The facets visible from both directions, relative to those that the viewer sees.
-    shadowing: f32,
-    /// The density of the facets that the viewer sees.
-    density: f32,
-}
-
 impl FacetLobe {
-    pub(super) fn new(distribution: &str, n: Vec3, tangent: Vec3, alpha: Vec2, kind: Kind) -> FacetLobe {
-        let axes =
-            if tangent == Vec3::ZERO || alpha.x == alpha.y { frame(n) } else { frame_along(n, tangent) };
-        let distribution = if distribution == "ggx" { Distribution::Ggx } else { Distribution::Beckmann };
-        FacetLobe { axes, facets: Facets { distribution, alpha }, kind }
-    }
-
     pub(super) fn albedo(&self, wo: Vec3) -> Vec3 {
         let cosine = self.axes.n.dot(wo);
         match self.kind {
-            Kind::Plain { reflects: true, refracts: true, .. } | Kind::Tinted { eta: Some(_), .. } => {
-                Vec3::ONE
-            }
+            Kind::Plain { reflects: true, refracts: true, .. } => Vec3::ONE,
             Kind::Plain { eta, refracts, .. } => {
                 let f = dielectric(cosine, eta);
                 Vec3::splat(if refracts { 1.0 - f } else { f })
             }
-            Kind::Tinted { fresnel, eta: None } => fresnel.shares(cosine)[0],
+            Kind::Tinted { eta: Some(_), .. } if self.rules == Rules::Testrender => Vec3::ONE,
+            Kind::Tinted { fresnel, eta } => {
+                let [f, t] = fresnel.shares(cosine);
+                if eta.is_some() { f + t } else { f }
+            }
         }
     }
 
@@ -66,11 +64,36 @@ impl FacetLobe {
         }
     }
 
-    fn terms(&self, wo: Vec3, i: Vec3, m: Vec3) -> Terms {
-        let (hidden_o, hidden_i) = (self.facets.hidden(wo), self.facets.hidden(i));
-        Terms {
-            shadowing: (1.0 + hidden_o) / (1.0 + hidden_o + hidden_i),
-            density: self.facets.density(m) / (1.0 + hidden_o),
+    /// The density of facets with the normal `h`, by area of the surface and solid angle.
+    fn density(&self, h: Vec3) -> f32 {
+        if h.z <= 0.0 {
+            return 0.0;
+        }
+        let slope = Vec2::new(h.x, h.y) / self.alpha;
+        let (cos2, area) = (h.z * h.z, PI * self.alpha.x * self.alpha.y);
+        match self.distribution {
+            Distribution::Ggx => {
+                let e = slope.length_squared() + cos2;
+                1.0 / (area * e * e)
+            }
+            Distribution::Beckmann => math::exp(-slope.length_squared() / cos2) / (area * cos2 * cos2),
+        }
+    }
+
+    /// Smith's function: hidden facets relative to those visible from `w`.
+    fn hidden(&self, w: Vec3) -> f32 {
+        let across = (Vec2::new(w.x, w.y) * self.alpha).length_squared();
+        let tan2 = across / (w.z * w.z).max(1e-12);
+        if tan2 <= 0.0 {
+            return 0.0;
+        }
+        match self.distribution {
+            Distribution::Ggx => 0.5 * ((1.0 + tan2).sqrt() - 1.0),
+            Distribution::Beckmann => {
+                // Walter's rational approximation, equation 24.
+                let a = 1.0 / tan2.sqrt();
+                if a >= 1.6 { 0.0 } else { (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a) }
+            }
         }
     }
 
@@ -88,17 +111,24 @@ impl FacetLobe {
             }
             Kind::Tinted { fresnel, eta } => {
                 let [f, t] = fresnel.shares(cosine);
-                if eta.is_none() {
-                    return [(f, 1.0), (Vec3::ZERO, 0.0)];
+                let total = |eta: f32| 1.0 - cosine * cosine >= eta * eta;
+                match eta {
+                    None => return [(f, 1.0), (Vec3::ZERO, 0.0)],
+                    // Schlick's term does not know total reflection.
+                    Some(eta) if self.rules == Rules::Correct && total(*eta) => {
+                        return [(fresnel.whole(), 1.0), (Vec3::ZERO, 0.0)];
+                    }
+                    Some(_) => {}
                 }
                 let through = t.element_sum() / (f.element_sum() + t.element_sum()).max(f32::MIN_POSITIVE);
                 let back = 1.0 - through;
                 let by = |share: Vec3, chance: f32| if chance > 0.0 { share / chance } else { Vec3::ZERO };
-                // Measured: reflection is sampled with the density of transmission; where a direction is
-                // given rather than sampled, transmission has the share of reflection.
-                match sampled {
-                    true => [(by(f, back), through), (by(t, through), through)],
-                    false => [(by(f, back), back), (by(f, 0.5), 0.5)],
+                match (self.rules, sampled) {
+                    (Rules::Correct, _) => [(by(f, back), back), (by(t, through), through)],
+                    // Measured: reflection is sampled with the density of transmission; where a direction is
+                    // given rather than sampled, transmission has the share of reflection.
+                    (Rules::Testrender, true) => [(by(f, back), through), (by(t, through), through)],
+                    (Rules::Testrender, false) => [(by(f, back), back), (by(f, 0.5), 0.5)],
                 }
             }
         }
@@ -106,10 +136,9 @@ impl FacetLobe {
 
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Sample {
         let (o, i) = (self.axes.local(wo), self.axes.local(wi));
-        let nothing = Sample { wi, ..Sample::default() };
         let reflects = !matches!(self.kind, Kind::Plain { reflects: false, .. });
         if !positive(o.z) {
-            return nothing;
+            return Sample::nothing(wi);
         }
         if i.z > 0.0 && reflects {
             let m = (i + o).normalize_or_zero();
@@ -118,39 +147,45 @@ impl FacetLobe {
         }
         match self.transmits() {
             Some(eta) if i.z < 0.0 => {
-                let m = -(i * eta + o);
-                let m = if eta < 1.0 { -m } else { m };
-                let m = m.normalize_or_zero();
+                let sum = i * eta + o;
+                let m = if eta < 1.0 { sum } else { -sum }.normalize_or_zero();
                 let choice = self.choices(m.dot(o), false)[1];
-                // Measured: here the length of the half vector is not included, unlike where the direction is
-                // sampled.
-                self.refracted([o, i, m], choice, eta * eta, wi)
+                let scale = match self.rules {
+                    // A facet cannot be seen from behind.
+                    Rules::Correct if !(m.dot(o) > 0.0 && m.dot(i) < 0.0) => return Sample::nothing(wi),
+                    Rules::Correct => eta * eta / sum.length_squared(),
+                    // Measured: here the length of the half vector is not included, unlike where the
+                    // direction is sampled.
+                    Rules::Testrender => eta * eta,
+                };
+                self.refracted([o, i, m], choice, scale, wi)
             }
-            _ => nothing,
+            _ => Sample::nothing(wi),
         }
     }
 
-    fn reflected(&self, [o, i, m]: [Vec3; 3], (weight, chance): (Vec3, f32), wi: Vec3) -> Sample {
-        let Terms { shadowing, density } = self.terms(o, i, m);
+    /// The sample at a facet: `scale` is the change of solid angle from the facet's normal to the direction,
+    /// without the cosine to the viewer.
+    fn at_facet(&self, [o, i, m]: [Vec3; 3], (weight, chance): (Vec3, f32), scale: f32, wi: Vec3) -> Sample {
+        let (hidden_o, hidden_i) = (self.hidden(o), self.hidden(i));
+        let seen = self.density(m) / (1.0 + hidden_o);
         Sample {
             wi,
-            weight: weight * shadowing,
-            pdf: chance * density * 0.25 / o.z,
-            roughness: self.facets.alpha.max_element(),
+            weight: weight * ((1.0 + hidden_o) / (1.0 + hidden_o + hidden_i)),
+            pdf: chance * scale * seen / o.z,
+            roughness: self.alpha.max_element(),
         }
     }
 
-    fn refracted(&self, [o, i, m]: [Vec3; 3], (weight, chance): (Vec3, f32), scale: f32, wi: Vec3) -> Sample {
-        if !(chance > 0.0 && weight.max_element() > 0.0) {
-            return Sample { wi, ..Sample::default() };
+    fn reflected(&self, directions: [Vec3; 3], choice: (Vec3, f32), wi: Vec3) -> Sample {
+        self.at_facet(directions, choice, 0.25, wi)
+    }
+
+    fn refracted(&self, [o, i, m]: [Vec3; 3], choice: (Vec3, f32), scale: f32, wi: Vec3) -> Sample {
+        if !(choice.1 > 0.0 && choice.0.max_element() > 0.0) {
+            return Sample::nothing(wi);
         }
-        let Terms { shadowing, density } = self.terms(o, i, m);
-        Sample {
-            wi,
-            weight: weight * shadowing,
-            pdf: chance * (m.dot(i) * m.dot(o)).abs() * density * scale / o.z,
-            roughness: self.facets.alpha.max_element(),
-        }
+        self.at_facet([o, i, m], choice, (m.dot(i) * m.dot(o)).abs() * scale, wi)
     }
 
     pub(super) fn sample(&self, wo: Vec3, [x, y, z]: [f32; 3]) -> Sample {
@@ -169,15 +204,22 @@ impl FacetLobe {
             (_, Some(_)) => z >= transmission.1,
             (_, None) => true,
         };
+        let wrong = |i: Vec3| self.rules == Rules::Correct && (i.z > 0.0) != reflects;
         if reflects {
             let i = m * (2.0 * cosine) - o;
-            return self.reflected([o, i, m], reflection, self.axes.world(i));
+            // Light below the surface hits another facet, and is lost.
+            return if wrong(i) {
+                Sample::default()
+            } else {
+                self.reflected([o, i, m], reflection, self.axes.world(i))
+            };
         }
         let eta = self.transmits().unwrap_or(1.0);
         match fresnel::refract(wo, self.axes.world(m), eta) {
             Some((wi, _)) => {
                 let i = self.axes.local(wi);
-                self.refracted([o, i, m], transmission, eta * eta / (i * eta + o).length_squared(), wi)
+                let scale = eta * eta / (i * eta + o).length_squared();
+                if wrong(i) { Sample::default() } else { self.refracted([o, i, m], transmission, scale, wi) }
             }
             None => Sample::default(),
         }
@@ -185,19 +227,18 @@ impl FacetLobe {
 
     /// Samples a facet normal among those that the viewer sees.
     fn visible_normal(&self, o: Vec3, u: [f32; 2]) -> Vec3 {
-        let alpha = self.facets.alpha;
-        let stretched = Vec3::new(o.x * alpha.x, o.y * alpha.y, o.z).normalize_or(Vec3::Z);
+        let stretched = Vec3::new(o.x * self.alpha.x, o.y * self.alpha.y, o.z).normalize_or(Vec3::Z);
         let cosine = stretched.z.max(0.0);
         let azimuth = if cosine < 0.99999 {
             Vec2::new(stretched.x, stretched.y).normalize_or(Vec2::X)
         } else {
             Vec2::X
         };
-        let slope = match self.facets.distribution {
+        let slope = match self.distribution {
             Distribution::Ggx => ggx_slope(cosine, u),
             Distribution::Beckmann => beckmann_slope(cosine, u),
         };
-        let slope = azimuth.rotate(slope) * alpha;
+        let slope = azimuth.rotate(slope) * self.alpha;
         Vec3::new(-slope.x, -slope.y, 1.0).normalize_or(Vec3::Z)
     }
 }

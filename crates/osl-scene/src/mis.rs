@@ -4,12 +4,12 @@
 //! A weight is a value divided by its density, so a product of weights or values needs factors of the
 //! densities to become an estimate. Densities may be infinite, such as those of mirrors.
 
+use crate::math::positive;
 use crate::math::square;
-use crate::testrender::positive;
 use glam::Vec3;
 
 /// The power heuristic with exponent 2 for a sample chosen with the density `own`.
-pub(super) fn power(own: f32, other: f32) -> f32 {
+pub(crate) fn power(own: f32, other: f32) -> f32 {
     if own > other {
         1.0 / (1.0 + square(other / own))
     } else if own < other {
@@ -20,13 +20,13 @@ pub(super) fn power(own: f32, other: f32) -> f32 {
 }
 
 /// The factor of a product of two weights; the first weight has the density with which the sample was chosen.
-pub(super) fn of_weights(own: f32, other: f32) -> f32 {
+pub(crate) fn of_weights(own: f32, other: f32) -> f32 {
     if other > 0.0 { power(own, other) * other } else { 0.0 }
 }
 
 /// The factor of a product of a weight with the density `other` and a plain value, where the sample was
 /// chosen with the density `own`.
-pub(super) fn of_value(own: f32, other: f32) -> f32 {
+pub(crate) fn of_value(own: f32, other: f32) -> f32 {
     if own > other {
         let r = other / own;
         r / (1.0 + r * r)
@@ -38,7 +38,7 @@ pub(super) fn of_value(own: f32, other: f32) -> f32 {
 
 /// Mixes another technique into a weight and its density by the balance heuristic. `chance` is the other's
 /// probability.
-pub(super) fn mix((weight, pdf): (&mut Vec3, &mut f32), other: Vec3, other_pdf: f32, chance: f32) {
+pub(crate) fn mix((weight, pdf): (&mut Vec3, &mut f32), other: Vec3, other_pdf: f32, chance: f32) {
     let other_pdf = other_pdf * chance;
     if !positive(other_pdf) {
         return;

@@ -1,7 +1,6 @@
 //! Lobes without a preferred direction: they are sampled by their cosine, or uniformly.
 
-use super::{Sample, frame};
-use crate::bsdf::cosine;
+use super::{Frame, Sample, cosine};
 use crate::math::{fifth_power, square};
 use glam::Vec3;
 use osl_numeric::strict::{pow, sincos};
@@ -94,7 +93,7 @@ impl Diffuse {
             return by_cosine(self.albedo);
         }
         if !(i > 0.0 && o > 0.0) {
-            return Sample { wi, ..Sample::default() };
+            return Sample::nothing(wi);
         }
         match self.kind {
             Kind::Lambert => by_cosine(self.albedo),
@@ -132,6 +131,6 @@ impl Diffuse {
             // The map from square to disk takes its numbers in reverse order.
             _ => cosine([y, x]),
         };
-        self.eval(wo, frame(self.n).world(local))
+        self.eval(wo, Frame::around(self.n).world(local))
     }
 }

@@ -1,9 +1,7 @@
 //! Glossy lobes without microfacets: Phong's and Ward's.
 
-use super::{Sample, frame, frame_along};
-use crate::bsdf::Frame;
-use crate::math::square;
-use crate::testrender::positive;
+use super::{Frame, Sample};
+use crate::math::{positive, square};
 use glam::{Vec2, Vec3};
 use osl_numeric::strict::{exp, log, pow, sincos, tan};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -21,7 +19,7 @@ impl Phong {
         let mirrored = self.n * (2.0 * o) - wo;
         let cosine = mirrored.dot(wi);
         if !(i > 0.0 && o > 0.0 && cosine > 0.0) {
-            return Sample { wi, ..Sample::default() };
+            return Sample::nothing(wi);
         }
         let e = self.exponent;
         Sample {
@@ -40,7 +38,7 @@ impl Phong {
         let cos = pow(y, 1.0 / (self.exponent + 1.0));
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let (sin_phi, cos_phi) = sincos(TAU * x);
-        let axes = frame(self.n * (2.0 * o) - wo);
+        let axes = Frame::around(self.n * (2.0 * o) - wo);
         self.eval(wo, axes.world(Vec3::new(cos_phi * sin, sin_phi * sin, cos)))
     }
 }
@@ -49,19 +47,15 @@ impl Phong {
 /// the Ward BRDF", 2005.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ward {
-    axes: Frame,
-    alpha: Vec2,
+    pub(super) axes: Frame,
+    pub(super) alpha: Vec2,
 }
 
 impl Ward {
-    pub(super) fn new(n: Vec3, tangent: Vec3, alpha: Vec2) -> Ward {
-        Ward { axes: frame_along(n, tangent), alpha }
-    }
-
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Sample {
         let (i, o) = (self.axes.n.dot(wi), self.axes.n.dot(wo));
         if !(i > 0.0 && o > 0.0) {
-            return Sample { wi, ..Sample::default() };
+            return Sample::nothing(wi);
         }
         let h = (wi + wo).normalize_or_zero();
         let local = self.axes.local(h);
@@ -72,7 +66,7 @@ impl Ward {
         let value = i * falloff / (area * (i * o).sqrt());
         let pdf = falloff / (area * h.dot(wo) * (square(local.z) * local.z));
         if !positive(pdf) {
-            return Sample { wi, ..Sample::default() };
+            return Sample::nothing(wi);
         }
         Sample { wi, weight: Vec3::splat(value / pdf), pdf, roughness: self.alpha.max_element() }
     }
