@@ -400,10 +400,7 @@ fn the_report_says_why_there_is_no_level() {
     let cheap = why("shader s(output float r = 0) { r = u; }");
     assert!(cheap.contains("costs no more than the test of how large a pixel is"), "{cheap}");
     let ramp = why("shader s(output float r = 0) { r = u; r += 0.1 * sin(u) * cos(v) * exp(-v); }");
-    assert!(
-        ramp.contains("by their means: a pixel of the given image would be off"),
-        "{ramp}"
-    );
+    assert!(ramp.contains("by their means: a pixel of the given image would be off"), "{ramp}");
 }
 
 #[test]

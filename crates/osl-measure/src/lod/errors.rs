@@ -143,7 +143,12 @@ impl Off {
     /// lines has as large an error with both, it is not larger beyond doubt. Its root is not above the bound. And
     /// its mean over the picture is not off by more than the tolerance, beyond the doubt of three standard
     /// errors.
-    pub(super) fn fault(&self, other: &Off, Bounds { tolerance, error }: Bounds, sides: Sides) -> Option<Fault> {
+    pub(super) fn fault(
+        &self,
+        other: &Off,
+        Bounds { tolerance, error }: Bounds,
+        sides: Sides,
+    ) -> Option<Fault> {
         let pairs = self.squares.iter().zip(&other.squares).enumerate();
         pairs.into_iter().find_map(|(output, (own, others))| {
             let fault = |cause, shares| Some(Fault { cause, output, sides, shares });
@@ -242,7 +247,10 @@ mod tests {
         assert_eq!(fault(0.0), None);
         assert_eq!(fault(0.03), None, "within three standard errors");
         let moved = off(&[0.9, -0.9, 0.8, -0.8], sure(0.05));
-        assert!(off(&[0.2; 4], sure(0.05)).fault(&moved, BOUNDS, [16.0; 2]).is_none(), "as far as the original");
+        assert!(
+            off(&[0.2; 4], sure(0.05)).fault(&moved, BOUNDS, [16.0; 2]).is_none(),
+            "as far as the original"
+        );
         assert_eq!((fault(0.035), fault(-0.035)), (Some(Cause::Shifted), Some(Cause::Shifted)));
         let larger = off(&[1.0; 4], sure(0.0));
         assert_eq!(larger.fault(&original, BOUNDS, [16.0; 2]).map(|fault| fault.cause), Some(Cause::Larger));
@@ -257,7 +265,8 @@ mod tests {
         let none = Square::default();
         let (level, original) = (off(&[0.1, 0.0], none), off(&[0.05, 0.0], none));
         let cause = |own: f64, elsewhere: [&Off; 2]| {
-            let fault = off(&[0.0, own], none).fault_at_home(&original, elsewhere, (0.004, [64.0; 2], &[true]));
+            let fault =
+                off(&[0.0, own], none).fault_at_home(&original, elsewhere, (0.004, [64.0; 2], &[true]));
             fault.map(|fault| fault.cause)
         };
         assert_eq!(cause(0.14, [&level, &original]), None);

@@ -167,7 +167,7 @@ impl Reads {
                 for arg in args {
                     if let osl_hir::hir::Arg::Alias(place) = arg {
                         self.vars.insert(place.var);
-                            }
+                    }
                 }
             }
             ExprKind::Builtin(call) => {

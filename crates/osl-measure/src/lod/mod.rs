@@ -23,10 +23,10 @@ mod why;
 mod words;
 mod write;
 
-pub use html::html;
-pub use inputs::GivenParam;
 pub use errors::Errors;
 pub use ground::By;
+pub use html::html;
+pub use inputs::GivenParam;
 pub use report::{Level, Picture, Report, Row};
 pub use text::text;
 
@@ -144,8 +144,7 @@ fn widths(
     build: &Build<'_>,
 ) -> Result<[f64; 2], Stop> {
     let refused = || Stop::Refused("the size of a pixel in the shader's coordinate is not known".to_string());
-    let (text, names) =
-        write::probe(source, frame, inputs, [By::Side, By::Area]).ok_or_else(refused)?;
+    let (text, names) = write::probe(source, frame, inputs, [By::Side, By::Area]).ok_or_else(refused)?;
     let variant = judge.variant(build(&text).ok_or_else(refused)?.plain);
     let ground = judge.ground([1.0; 2], Set::Fitted);
     let shading = judge.shading(&variant, &ground, &Pattern::new(1, judge.seed));

@@ -81,8 +81,7 @@ fn call(source: &Source<'_>, e: &Expr) -> Option<Call> {
     let kind = field.map_or(kind, |field| format!("\"{}\"", called(field)));
     let is_cell = matches!(field, Some(NoiseField::Cell | NoiseField::Hash));
     let written = source.reader.text.get(e.span.start as usize..e.span.end as usize)?;
-    let begins =
-        written.strip_prefix(call.row.name).is_some_and(|rest| rest.trim_start().starts_with('('));
+    let begins = written.strip_prefix(call.row.name).is_some_and(|rest| rest.trim_start().starts_with('('));
     let at_point = rest.ty.is_triple();
     let (argument, _) = source.reader.source(rest)?;
     // An int is no coordinate that can be filtered.

@@ -131,11 +131,7 @@ const SHOWN_OUTPUTS: usize = 4;
 /// Samples of the first picture.
 pub(super) const MANY: u32 = 32;
 
-pub(super) fn report(
-    request: &Request<'_>,
-    search: &Search<'_, '_>,
-    found: Option<Written>,
-) -> Report {
+pub(super) fn report(request: &Request<'_>, search: &Search<'_, '_>, found: Option<Written>) -> Report {
     let by = found.as_ref().map_or(By::default(), |found| found.plan.by);
     let mut report = Report {
         name: request.program.shader.name.to_string(),
@@ -204,11 +200,7 @@ fn rest(
     Ok(())
 }
 
-fn row(
-    search: &Search<'_, '_>,
-    found: &Written,
-    (known, width): (&Known, f64),
-) -> Result<Row, RunError> {
+fn row(search: &Search<'_, '_>, found: &Written, (known, width): (&Known, f64)) -> Result<Row, RunError> {
     let judge = search.judge;
     let footprint = known.truth.sides[0];
     let most = MOST.min(2 * judge.samples());

@@ -171,7 +171,8 @@ impl Search<'_, '_> {
             let (mut error, mut fits) = (0.0, true);
             for (known, values) in &values {
                 let off = self.blended(&far, known, values);
-                let is_changed = far.by.of(known.truth.sides) < far.full && off.squares != known.original.squares;
+                let is_changed =
+                    far.by.of(known.truth.sides) < far.full && off.squares != known.original.squares;
                 let bounds = self.known.bounds.without_error();
                 fits &= !is_changed || off.fault(&known.original, bounds, known.truth.sides).is_none();
                 error += off.all();
@@ -194,7 +195,8 @@ impl Search<'_, '_> {
         };
         let mixed = |(at, (values, mean)): (usize, (&Vec<f32>, &f64))| {
             let weight = if is_int(at) { weight.round() } else { weight };
-            let mix = |x: &f32| if weight < 1.0 { f64::from(*x) * (1.0 - weight) + mean * weight } else { *mean };
+            let mix =
+                |x: &f32| if weight < 1.0 { f64::from(*x) * (1.0 - weight) + mean * weight } else { *mean };
             values.iter().map(|x| mix(x) as f32).collect()
         };
         let mixed: Vec<Vec<f32>> = values.iter().zip(&far.planes).enumerate().map(mixed).collect();
@@ -220,7 +222,8 @@ impl Search<'_, '_> {
         let Ok(later) = self.means_above(far.by, far.full)? else { return Ok(None) };
         let sizes = Sizes { by: far.by, from: far.full, to: later.full };
         let Ok(offs) = self.holds(changed, sizes)? else { return Ok(None) };
-        let means: Vec<Off> = self.known.within(sizes).map(|known| self.constant(&far.planes, known)).collect();
+        let means: Vec<Off> =
+            self.known.within(sizes).map(|known| self.constant(&far.planes, known)).collect();
         let is_better = offs.iter().zip(&means).any(|(own, mean)| own.is_better(mean));
         Ok((is_better && sum(&offs) < sum(&means)).then_some(later))
     }
@@ -344,8 +347,7 @@ impl Search<'_, '_> {
         plan: &Plan,
     ) -> Result<Result<(), (bool, Fault)>, RunError> {
         if let Err(fault) = self.holds(written, Sizes::ALL)? {
-            let is_far =
-                plan.far.as_ref().is_some_and(|far| far.full * far.begin < far.by.of(fault.sides));
+            let is_far = plan.far.as_ref().is_some_and(|far| far.full * far.begin < far.by.of(fault.sides));
             return Ok(Err((is_far, fault)));
         }
         let Some(far) = &plan.far else { return Ok(Ok(())) };

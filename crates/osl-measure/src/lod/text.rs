@@ -144,7 +144,10 @@ fn above(report: &Report) -> String {
         _ => "the original with what becomes softer runs",
     };
     let at = list.join(", ");
-    format!("at footprint {at} no form has an error of at most {} (--error): {form} there\n", percent(report.error))
+    format!(
+        "at footprint {at} no form has an error of at most {} (--error): {form} there\n",
+        percent(report.error)
+    )
 }
 
 fn cells(row: &Row) -> [String; 7] {

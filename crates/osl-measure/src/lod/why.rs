@@ -39,7 +39,9 @@ fn reason(fault: &Fault, (outputs, count): (&[String], u32)) -> String {
         Cause::Unsure => format!(
             "the error of `{name}` at {at} is not certain to be smaller: {own}, and {other} with {original}"
         ),
-        Cause::Above => format!("the error of `{name}` at {at} is {own}, above the bound of {other} (--error)"),
+        Cause::Above => {
+            format!("the error of `{name}` at {at} is {own}, above the bound of {other} (--error)")
+        }
         Cause::Shifted => format!(
             "the mean of `{name}` over the picture would be off by {own} at {at}; {other} is within the \
              tolerance and chance"
