@@ -13,7 +13,7 @@ use crate::report::profile;
 use crate::report::samples::Samples;
 use crate::report::stats::Stats;
 use crate::source::data;
-use crate::source::load::LoadedShader;
+use crate::source::load::{LoadedShader, TextureFiles};
 use crate::source::reads::Reads;
 use crate::{Failure, Image, Sink};
 use osl::stages::{self, Compiled};
@@ -94,18 +94,8 @@ pub(super) fn run(
     let wanted = RunRequest { closures, ranges: image.wanted.ranges, values };
     let meters = sink.meters();
     let job = Job { image, forms: &forms, services: &services, points: &points, sources: &sources, meters };
-    if let Some(First { grid, show }) = first {
-        let mut small = image.clone();
-        small.points.grid = grid;
-        let textures = services.textures.clone();
-        let services = Services { textures, ..setup::services(&small, folder, grid_spaces(&small)) };
-        let points = WithData { data: points.data.clone(), points: setup::points(&small) };
-        let job = Job { image: &small, services: &services, points: &points, meters: sink.meters(), ..job };
-        // One sample for each pixel is enough. If it fails, the whole grid says why.
-        let wanted = RunRequest { closures, ranges: false, values: true };
-        if let Ok(shaded) = job.shade(Way { plan: Plan::Plain, wanted, began: started }) {
-            show(Done { frame: shaded.frame, times: [compile, shaded.run], ..Done::default() });
-        }
+    if let Some(first) = first {
+        job.show_first(&first, folder, (started, compile), closures);
     }
     let shaded = job.shade(Way { plan, wanted, began: started })?;
     if let Some(reads) = &mut reads {
@@ -207,6 +197,28 @@ struct Shaded {
 }
 
 impl Job<'_> {
+    /// Shows a smaller grid before the whole one. One sample for each pixel is enough; if it fails, the whole grid
+    /// says why.
+    fn show_first(
+        &self,
+        first: &First<'_>,
+        folder: TextureFiles,
+        (began, compile): (Instant, Duration),
+        closures: bool,
+    ) {
+        let mut small = self.image.clone();
+        small.points.grid = first.grid;
+        let textures = self.services.textures.clone();
+        let services = Services { textures, ..setup::services(&small, folder, grid_spaces(&small)) };
+        let points = WithData { data: self.points.data.clone(), points: setup::points(&small) };
+        let meters = self.meters.clone();
+        let job = Job { image: &small, services: &services, points: &points, meters, ..*self };
+        let wanted = RunRequest { closures, ranges: false, values: true };
+        if let Ok(shaded) = job.shade(Way { plan: Plan::Plain, wanted, began }) {
+            (first.show)(Done { frame: shaded.frame, times: [compile, shaded.run], ..Done::default() });
+        }
+    }
+
     /// The profiles of this run and of others of the same picture.
     fn rounds(&self, first: &Frame, plan: Plan) -> Result<Vec<Vec<osl_exec::ProfileEntry>>, Failure> {
         let mut again = self.image.clone();

@@ -1,12 +1,12 @@
 //! Loads a shader file, or a group from a file, a text or the command line, up to the lowered body.
 
-use super::{data, input, levels, nodes, repair};
+use super::folders::Folders;
+use super::{data, input, levels, repair};
 use crate::event::{Event, Sink};
 use crate::request::{Image, Lints, Network, Reading};
 use crate::session::{Resolved, Session, Source};
 use crate::{Failure, NoSink};
-use osl::stages::{self, CompileError, ShaderFiles};
-use osl_files::{FileError, Opened, Roots};
+use osl::stages::{self, CompileError};
 use osl_hir::hir;
 use osl_hir::lint::Level;
 use osl_ir::ir::{Body, Const};
@@ -17,10 +17,7 @@ use osl_lower::params::{self, ParamError, ParamValues};
 use osl_lower::taps::{self, Tap, TapPath};
 use osl_lower::{Last, Requests};
 use osl_syntax::diagnostic::Diagnostic;
-use osl_syntax::encoding::{self, Decoded};
-use osl_syntax::source::{SourceMap, SourceProvider};
-use osl_syntax::spelling::closest;
-use std::cell::RefCell;
+use osl_syntax::source::SourceMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -402,12 +399,17 @@ fn outputs_of(program: &hir::Program) -> Vec<&str> {
     outputs.filter_map(|p| program.vars.get(p.var.0 as usize)).map(|v| &*v.name).collect()
 }
 
-fn group(
-    request: &Request<'_>,
-    is_group: bool,
-    notes: bool,
-    sink: &mut dyn Sink,
-) -> Result<LoadedShader, Failure> {
+/// The text of a group.
+struct Written {
+    text: String,
+    /// The name of its file in messages.
+    file: String,
+    /// The folder of its shaders.
+    folder: PathBuf,
+}
+
+/// The text of a group, from its file or the request, with the layers and connections of the request.
+fn written(request: &Request<'_>, is_group: bool) -> Result<Written, Failure> {
     let network = request.network;
     let mut text = String::new();
     let mut file = "<group>".to_string();
@@ -432,16 +434,27 @@ fn group(
     for (from, to) in &network.connect {
         let _ = write!(text, "\nconnect {from} {to} ;");
     }
+    Ok(Written { text, file, folder })
+}
+
+fn group(
+    request: &Request<'_>,
+    is_group: bool,
+    notes: bool,
+    sink: &mut dyn Sink,
+) -> Result<LoadedShader, Failure> {
+    let network = request.network;
+    let Written { text, file, folder } = written(request, is_group)?;
     if request.repair.flatten().is_some() {
         return Err(Failure::usage("--write is for a single shader, not for a group"));
     }
     let source = source(request, || {
         let own = request.file.filter(|_| !is_group).map(Path::to_path_buf);
-        let files = Folders::of(&folder, &network.shader_path, request.allow_files, false, request.read);
-        let files = Folders { own, repair: request.repair.map(|_| RefCell::default()), ..files };
+        let (anywhere, repair) = (request.allow_files, request.repair.is_some());
+        let files = Folders::of(&folder, &network.shader_path, anywhere, repair, request.read).with(own);
         let options = input::options(request.read);
         let checked = stages::check_group(&file, &text, &network.name, &files, &options);
-        files.repair.iter().flat_map(RefCell::take).for_each(|edits| edits.send(sink));
+        files.edits().iter().for_each(|edits| edits.send(sink));
         let list = levels::sift(checked.diagnostics, request.lints);
         Ok(Source {
             sources: checked.sources,
@@ -475,13 +488,7 @@ fn group(
         .map_err(|list| told(&list, &source.sources, sink))?;
     let name = last.shader.name.clone();
     let program = (*last).clone();
-    let mut texts = Vec::new();
-    for (at, layer) in group.layers().iter().enumerate() {
-        let is_last = at + 1 == group.layers().len();
-        let path = |name: &str| if is_last { name.to_string() } else { format!("{}.{name}", layer.name) };
-        let own = params::texts(&layer.program, &layer.values);
-        texts.extend(own.into_iter().map(|(name, text)| (path(&name), text)));
-    }
+    let texts = texts_of(&group);
     let folder = TextureFiles { folder, typed };
     let (sources, given) = (source.sources.clone(), ParamValues::default());
     let tapped = names_of(&requests.taps, &body);
@@ -497,6 +504,18 @@ fn group(
         layers: Some(group),
         given,
     })
+}
+
+/// The values of string parameters in all layers, with the names that `-p` accepts.
+fn texts_of(group: &Group) -> Vec<(String, Arc<str>)> {
+    let mut texts = Vec::new();
+    for (at, layer) in group.layers().iter().enumerate() {
+        let is_last = at + 1 == group.layers().len();
+        let path = |name: &str| if is_last { name.to_string() } else { format!("{}.{name}", layer.name) };
+        let own = params::texts(&layer.program, &layer.values);
+        texts.extend(own.into_iter().map(|(name, text)| (path(&name), text)));
+    }
+    texts
 }
 
 /// The layer of `layer.name`, or the last one for another name; and the name there.
@@ -561,95 +580,4 @@ fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Resu
         }
     }
     Ok(asked)
-}
-
-/// The folders that are searched for the shaders of a group, before the built-in ones.
-pub struct Folders<'a> {
-    /// The file that the user named as the last shader; it may be in any folder.
-    own: Option<PathBuf>,
-    folders: Vec<PathBuf>,
-    roots: Roots,
-    includes: input::Files,
-    read: &'a Reading,
-    /// Whether to insert missing brackets; collects the edits.
-    repair: Option<RefCell<Vec<repair::Edits>>>,
-}
-
-impl<'a> Folders<'a> {
-    /// The shaders of a file in a folder.
-    pub fn of(
-        folder: &Path,
-        more: &[PathBuf],
-        anywhere: bool,
-        repair: bool,
-        read: &'a Reading,
-    ) -> Folders<'a> {
-        let mut folders = vec![folder.to_path_buf(), PathBuf::new()];
-        folders.extend(more.iter().cloned());
-        let includes = input::includes(folder, read).or_anywhere(anywhere);
-        more.iter().for_each(|folder| includes.also(folder));
-        let roots = Roots::new(&folders).or_anywhere(anywhere);
-        Folders { own: None, folders, roots, includes, read, repair: repair.then(RefCell::default) }
-    }
-
-    /// Why a shader cannot be found, with the closest name that can.
-    fn not_found(&self, shader: &str) -> String {
-        let why = "there is no such file in the shader paths, nor is it built in";
-        let stem = |name: String| name.strip_suffix(".osl").map(str::to_string);
-        let beside: Vec<String> =
-            self.folders.iter().flat_map(|f| input::names_in(f, "osl")).filter_map(stem).collect();
-        let mut names: Vec<&str> = nodes::names().collect();
-        names.extend(beside.iter().map(String::as_str));
-        match closest(shader, names) {
-            Some(close) => format!("{why}; there is one named `{close}`"),
-            None => why.to_string(),
-        }
-    }
-
-    /// A shader's file after reading: its name and text.
-    fn open(&self, file: Opened) -> Result<(String, String), String> {
-        let path = file.path().to_path_buf();
-        let most = self.read.limits.reading.file_bytes;
-        let bytes = file.bytes(most).map_err(|error| error.to_string())?;
-        let Decoded { text, foreign } = encoding::decode(bytes).map_err(|why| why.to_string())?;
-        let name = path.display().to_string();
-        self.includes.note(&name, foreign);
-        // The folder of a shader that may be read is one for its includes.
-        self.includes.also(path.parent().unwrap_or(Path::new("")));
-        let Some(edits) = &self.repair else { return Ok((name, text)) };
-        let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        let mut input = input::input(name, text, main, self.read);
-        edits.borrow_mut().extend(repair::apply(&mut input, None).map_err(|failure| failure.text)?);
-        Ok((input.name, input.text))
-    }
-}
-
-impl ShaderFiles for Folders<'_> {
-    fn find(&self, shader: &str) -> Result<(String, String), String> {
-        let name = Path::new(shader);
-        if self.own.as_deref() == Some(name) {
-            return self.open(osl_files::open_named(name).map_err(|error| error.to_string())?);
-        }
-        let names = if name.extension().is_some_and(|e| e == "osl" || e == "oso") {
-            vec![name.to_path_buf()]
-        } else {
-            ["osl", "oso"].map(|ending| PathBuf::from(format!("{shader}.{ending}"))).into()
-        };
-        let places = self.folders.iter().flat_map(|folder| names.iter().map(move |name| folder.join(name)));
-        match self.roots.first(places) {
-            Ok(file) => self.open(file),
-            Err(FileError::NotFound) => match nodes::find(shader) {
-                Some(text) => Ok((format!("{shader}.osl (built in)"), text.to_string())),
-                None => Err(self.not_found(shader)),
-            },
-            Err(FileError::Outside) => {
-                Err("it lies outside of the shader paths; --allow-files lets it".to_string())
-            }
-            Err(error) => Err(error.to_string()),
-        }
-    }
-
-    fn includes(&self) -> &dyn SourceProvider {
-        &self.includes
-    }
 }

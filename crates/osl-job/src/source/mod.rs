@@ -2,6 +2,7 @@
 
 pub mod data;
 pub mod diff;
+pub mod folders;
 pub mod input;
 pub mod levels;
 pub mod load;

@@ -32,7 +32,7 @@ use osl_job::source::data;
 use osl_job::source::load::{self, LoadedShader, Request};
 use osl_job::source::{input, levels, repair};
 use osl_job::{Failure, Image, NoSink, Sink};
-use osl_lower::taps::{self, Most};
+use osl_lower::taps::{self, Doings, Most};
 use osl_numeric::Arithmetic;
 use osl_scene::{Grid, WithData};
 use osl_syntax::diagnostic::Diagnostic;
@@ -143,24 +143,16 @@ pub(in crate::cli) fn book(
 
     let (in_single, in_double) = (Results::of(&single, None), Results::of(&double, None));
     let pictures = Pictures { results: &in_single, size };
-    let figures = pictures.lines(&doings).into_iter();
-    let mut lines: BTreeMap<u32, Line> =
-        figures.map(|(line, figures)| (line, Line { figures, ..Line::default() })).collect();
-    for (line, digits) in lost::lines(&doings, &in_single, &in_double) {
-        lines.entry(line).or_default().lost = digits;
-    }
+    let mut lines = drawn(&pictures, &doings, &in_double);
     for (line, text, is_error) in report.at_lines(&single.messages, &name) {
         lines.entry(line).or_default().warnings.push(Warning { text, is_error });
     }
     warnings(file, run, &mut lines)?;
     costs(run, (&services, &points), &mut lines)?;
     let shader = info::describe(&loaded.program);
-    let mut left_out = Vec::new();
-    if doings.more > 0 {
-        let more = doings.more;
-        left_out
-            .push(format!("{more} pictures of later lines are left out (--limit running.book_pictures=N)"));
-    }
+    let more = doings.more;
+    let cut = || format!("{more} pictures of later lines are left out (--limit running.book_pictures=N)");
+    let left_out = (more > 0).then(cut).into_iter().collect();
     let page = page::html(&Book {
         shader: &shader,
         file: &file.display().to_string(),
@@ -192,6 +184,17 @@ fn tapping(words: &[OsString], (width, height): (usize, usize)) -> String {
     }
     kept.extend(["-g".to_string(), format!("{width}x{height}")]);
     words::line(kept)
+}
+
+/// The pictures of each line, and the digits that it loses.
+fn drawn(pictures: &Pictures<'_>, doings: &Doings, in_double: &Results<'_>) -> BTreeMap<u32, Line> {
+    let figures = pictures.lines(doings).into_iter();
+    let mut lines: BTreeMap<u32, Line> =
+        figures.map(|(line, figures)| (line, Line { figures, ..Line::default() })).collect();
+    for (line, digits) in lost::lines(doings, pictures.results, in_double) {
+        lines.entry(line).or_default().lost = digits;
+    }
+    lines
 }
 
 /// Adds what `oslrun check` says to each line.

@@ -1,0 +1,112 @@
+//! Where the shaders of a group or a scene are found.
+
+use super::{input, nodes, repair};
+use crate::request::Reading;
+use osl::stages::ShaderFiles;
+use osl_files::{FileError, Opened, Roots};
+use osl_syntax::encoding::{self, Decoded};
+use osl_syntax::source::SourceProvider;
+use osl_syntax::spelling::closest;
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+
+/// The folders that are searched for the shaders of a group, before the built-in ones.
+pub struct Folders<'a> {
+    /// The file that the user named as the last shader; it may be in any folder.
+    own: Option<PathBuf>,
+    folders: Vec<PathBuf>,
+    roots: Roots,
+    includes: input::Files,
+    read: &'a Reading,
+    /// Whether to insert missing brackets; collects the edits.
+    repair: Option<RefCell<Vec<repair::Edits>>>,
+}
+
+impl<'a> Folders<'a> {
+    /// The shaders of a file in a folder.
+    pub fn of(
+        folder: &Path,
+        more: &[PathBuf],
+        anywhere: bool,
+        repair: bool,
+        read: &'a Reading,
+    ) -> Folders<'a> {
+        let mut folders = vec![folder.to_path_buf(), PathBuf::new()];
+        folders.extend(more.iter().cloned());
+        let includes = input::includes(folder, read).or_anywhere(anywhere);
+        more.iter().for_each(|folder| includes.also(folder));
+        let roots = Roots::new(&folders).or_anywhere(anywhere);
+        Folders { own: None, folders, roots, includes, read, repair: repair.then(RefCell::default) }
+    }
+
+    /// The same, with a file that the user named as a shader.
+    pub(super) fn with(self, own: Option<PathBuf>) -> Folders<'a> {
+        Folders { own, ..self }
+    }
+
+    /// The edits of the shaders that were repaired.
+    pub(super) fn edits(&self) -> Vec<repair::Edits> {
+        self.repair.as_ref().map(RefCell::take).unwrap_or_default()
+    }
+
+    /// Why a shader cannot be found, with the closest name that can.
+    fn not_found(&self, shader: &str) -> String {
+        let why = "there is no such file in the shader paths, nor is it built in";
+        let stem = |name: String| name.strip_suffix(".osl").map(str::to_string);
+        let beside: Vec<String> =
+            self.folders.iter().flat_map(|f| input::names_in(f, "osl")).filter_map(stem).collect();
+        let mut names: Vec<&str> = nodes::names().collect();
+        names.extend(beside.iter().map(String::as_str));
+        match closest(shader, names) {
+            Some(close) => format!("{why}; there is one named `{close}`"),
+            None => why.to_string(),
+        }
+    }
+
+    /// A shader's file after reading: its name and text.
+    fn open(&self, file: Opened) -> Result<(String, String), String> {
+        let path = file.path().to_path_buf();
+        let most = self.read.limits.reading.file_bytes;
+        let bytes = file.bytes(most).map_err(|error| error.to_string())?;
+        let Decoded { text, foreign } = encoding::decode(bytes).map_err(|why| why.to_string())?;
+        let name = path.display().to_string();
+        self.includes.note(&name, foreign);
+        // The folder of a shader that may be read is one for its includes.
+        self.includes.also(path.parent().unwrap_or(Path::new("")));
+        let Some(edits) = &self.repair else { return Ok((name, text)) };
+        let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let mut input = input::input(name, text, main, self.read);
+        edits.borrow_mut().extend(repair::apply(&mut input, None).map_err(|failure| failure.text)?);
+        Ok((input.name, input.text))
+    }
+}
+
+impl ShaderFiles for Folders<'_> {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let name = Path::new(shader);
+        if self.own.as_deref() == Some(name) {
+            return self.open(osl_files::open_named(name).map_err(|error| error.to_string())?);
+        }
+        let names = if name.extension().is_some_and(|e| e == "osl" || e == "oso") {
+            vec![name.to_path_buf()]
+        } else {
+            ["osl", "oso"].map(|ending| PathBuf::from(format!("{shader}.{ending}"))).into()
+        };
+        let places = self.folders.iter().flat_map(|folder| names.iter().map(move |name| folder.join(name)));
+        match self.roots.first(places) {
+            Ok(file) => self.open(file),
+            Err(FileError::NotFound) => match nodes::find(shader) {
+                Some(text) => Ok((format!("{shader}.osl (built in)"), text.to_string())),
+                None => Err(self.not_found(shader)),
+            },
+            Err(FileError::Outside) => {
+                Err("it lies outside of the shader paths; --allow-files lets it".to_string())
+            }
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &self.includes
+    }
+}
