@@ -6,19 +6,18 @@
 //! cells ([`crate::cells`]), each cell's table is made once, sixteen cells in a vector, and lanes read their
 //! words from registers. What remains is computed lane by lane. The bits are the same in all three ways. This
 //! pays with AVX2 and AVX-512, whose registers can hold a table's word for all cells. Points with partials
-//! share cells in the first way only (`partials`).
+//! share cells in the first way only.
 
 #![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 
 mod alone;
-pub(crate) mod partials;
 mod perlin;
 mod simplex;
 
 use crate::cells::{self, Cells, MAX_CELLS};
 use crate::range::Range;
 use crate::unroll::{array, each};
-use alone::{Alone, Scratch};
+use alone::{Alone, InOneCell};
 use osl_simd::registers::{Floats, Registers, Words};
 use osl_simd::{Isa, Kernel};
 pub(crate) use perlin::Perlin;
@@ -64,14 +63,6 @@ pub(crate) trait Lattice<const D: usize>: Copy {
     fn key_of(p: [f32; D]) -> Key;
     /// The data of a cell.
     fn cell(key: Key) -> Self::Cell;
-    /// The points in a cell, and their values before scaling to the range. Points whose fraction has an
-    /// unusual sign are in no cell.
-    fn within<R: Registers<N>, const N: usize>(
-        r: R,
-        p: [R::Floats; D],
-        cell: &Self::Cell,
-        scratch: &mut Scratch<N>,
-    ) -> (R::Marks, R::Floats);
 }
 
 /// Working memory of a thread, aligned to cache lines so that no vector crosses one.
@@ -95,7 +86,7 @@ thread_local! {
 /// Computes a value at each point, up to the length of the shortest slice. Returns the number of points done.
 /// It stops where the remaining points are too few, are in too many cells, or lie where register arithmetic
 /// would give other bits.
-pub(crate) fn fill<L: Lattice<D>, const D: usize>(
+pub(crate) fn fill<L: InOneCell<D, 1>, const D: usize>(
     isa: Isa,
     range: Range,
     coords: [&[f32]; D],
@@ -108,7 +99,7 @@ pub(crate) fn fill<L: Lattice<D>, const D: usize>(
     }
 }
 
-fn fill_with<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
+fn fill_with<L: InOneCell<D, 1>, R: Registers<N>, const N: usize, const D: usize>(
     isa: Isa,
     registers: R,
     range: Range,
@@ -126,8 +117,9 @@ fn fill_with<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
         while start < n {
             if tries > 0 {
                 let coords = coords.map(|c| &c[start..n]);
-                let call = Points { registers, range, coords, out: &mut out[start..n], lattice: PhantomData };
-                let done = registers.dispatch(Alone::<L, R, N, D>(call));
+                let out = [&mut out[start..n]];
+                let call = Points { registers, range, coords: [coords], out, lattice: PhantomData };
+                let done = registers.dispatch(Alone::<L, R, N, D, 1>::new(call));
                 tries = if done >= CHUNK { TRIES } else { tries - 1 };
                 start += done;
                 if start == n {
@@ -136,7 +128,8 @@ fn fill_with<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
             }
             let end = ((start / CHUNK + 1) * CHUNK).min(n);
             let coords = coords.map(|c| &c[start..end]);
-            let call = Points { registers, range, coords, out: &mut out[start..end], lattice: PhantomData };
+            let out = [&mut out[start..end]];
+            let call = Points { registers, range, coords: [coords], out, lattice: PhantomData };
             if !chunk::<L, R, N, D>(isa, call, &mut room) {
                 break;
             }
@@ -146,23 +139,59 @@ fn fill_with<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
     })
 }
 
-/// Points whose number is a multiple of `N`.
-struct Points<'a, L, R, const D: usize> {
+/// Computes a value with its two partials at each point, as long as vectors of points are in few cells. The
+/// coordinates are values, then partials in the first direction, then in the second. Returns the number of
+/// points done.
+pub(crate) fn fill_dual<L: InOneCell<D, 3>, const D: usize>(
+    isa: Isa,
+    range: Range,
+    coords: [[&[f32]; D]; 3],
+    out: [&mut [f32]; 3],
+) -> usize {
+    match (isa.wide(), isa.narrow()) {
+        (Some(r), _) => fill_dual_with::<L, _, 16, D>(r, range, coords, out),
+        (_, Some(r)) => fill_dual_with::<L, _, 8, D>(r, range, coords, out),
+        _ => 0,
+    }
+}
+
+fn fill_dual_with<L: InOneCell<D, 3>, R: Registers<N>, const N: usize, const D: usize>(
     registers: R,
     range: Range,
-    coords: [&'a [f32]; D],
-    out: &'a mut [f32],
+    coords: [[&[f32]; D]; 3],
+    out: [&mut [f32]; 3],
+) -> usize {
+    let lengths = coords.iter().flatten().map(|c| c.len()).chain(out.iter().map(|o| o.len()));
+    let n = lengths.min().unwrap_or(0) / N * N;
+    if n < FEW {
+        return 0;
+    }
+    let coords = coords.map(|part| part.map(|c| &c[..n]));
+    if alone::are_scattered::<L, N, D>(coords[0]) {
+        return 0;
+    }
+    let out = out.map(|o| &mut o[..n]);
+    registers.dispatch(Alone::new(Points { registers, range, coords, out, lattice: PhantomData::<L> }))
+}
+
+/// Points whose number is a multiple of `N`: `S` sets of coordinates and results, the first for the values
+/// and the others for their partials.
+struct Points<'a, L, R, const D: usize, const S: usize> {
+    registers: R,
+    range: Range,
+    coords: [[&'a [f32]; D]; S],
+    out: [&'a mut [f32]; S],
     lattice: PhantomData<L>,
 }
 
 fn chunk<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize>(
     isa: Isa,
-    call: Points<'_, L, R, D>,
+    call: Points<'_, L, R, D, 1>,
     room: &mut Room,
 ) -> bool {
-    let n = call.out.len().min(CHUNK);
+    let n = call.out[0].len().min(CHUNK);
     let Room { keys, index, scratch, tables } = room;
-    let Points { registers, coords, lattice, .. } = call;
+    let Points { registers, coords: [coords], lattice, .. } = call;
     if !registers.dispatch(Keys::<L, R, N, D> { registers, coords, keys, lattice }) {
         return false;
     }
@@ -258,7 +287,7 @@ impl<L: Lattice<D>, const D: usize> Kernel for Tables<'_, L, D> {
 
 /// Computes the values of lanes whose tables are known. `LOW`: there are at most eight tables.
 struct Placed<'a, L, R, const N: usize, const D: usize, const LOW: bool> {
-    points: Points<'a, L, R, D>,
+    points: Points<'a, L, R, D, 1>,
     index: &'a [u32; CHUNK],
     tables: &'a [[f32; MAX_CELLS]; WORDS],
 }
@@ -269,7 +298,7 @@ impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize, const LOW: 
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Points { registers: r, range, coords, out, .. } = self.points;
+        let Points { registers: r, range, coords: [coords], out: [out], .. } = self.points;
         let blocks: [&[[f32; N]]; D] = array(
             #[inline(always)]
             |a| coords[a].as_chunks().0,

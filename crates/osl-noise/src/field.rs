@@ -154,31 +154,31 @@ impl Field for Perlin {
         let (Some((p, v)), Some((px, dx)), Some((py, dy))) = parts else { return 0 };
         let three = |c: [_; D]| <[_; 3]>::try_from(&c[..]).ok();
         let (Some(p), Some(px), Some(py)) = (three(p), three(px), three(py)) else { return 0 };
-        coherent::partials::fill(isa, self.0, [p, px, py], [v, dx, dy])
+        coherent::fill_dual::<coherent::Perlin, 3>(isa, self.0, [p, px, py], [v, dx, dy])
     }
     #[inline(always)]
     fn one<F: Float, const D: usize>(self, p: [F; D]) -> F {
-        self.0.of(perlin::one::<F, D, false>(p, None))
+        self.0.of(perlin::one(p, None))
     }
     #[inline(always)]
     fn three<F: Float, const D: usize>(self, p: [F; D]) -> [F; 3] {
-        self.0.of3(perlin::three::<F, D, false>(p, None))
+        self.0.of3(perlin::three(p, None))
     }
     #[inline(always)]
     fn one_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> F {
-        self.0.of(perlin::one::<F, D, false>(p, Some(periods)))
+        self.0.of(perlin::one(p, Some(periods)))
     }
     #[inline(always)]
     fn three_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> [F; 3] {
-        self.0.of3(perlin::three::<F, D, false>(p, Some(periods)))
+        self.0.of3(perlin::three(p, Some(periods)))
     }
     #[inline(always)]
     fn one_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], periods: Option<[F; D]>) -> Dual<F> {
-        self.0.of(perlin::one::<Dual<F>, D, true>(p, periods))
+        self.0.of(perlin::one(p, periods))
     }
     #[inline(always)]
     fn three_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], periods: Option<[F; D]>) -> [Dual<F>; 3] {
-        self.0.of3(perlin::three::<Dual<F>, D, true>(p, periods))
+        self.0.of3(perlin::three(p, periods))
     }
 }
 

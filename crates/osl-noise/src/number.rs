@@ -2,12 +2,24 @@
 
 use crate::float::Float;
 
-/// The operations of noise bodies on their coordinates.
-pub(crate) trait Number: Copy {
-    /// The type of its value.
-    type Float: Float;
+/// The arithmetic of a formula, in each of its forms: on one float, on a register of floats, or on either
+/// with partials.
+pub(crate) trait Ring: Copy {
     /// How many numbers it holds: 1, or 3 with partials.
     const PARTS: usize;
+    /// A constant of the same form, with zero partials.
+    fn like(self, value: f32) -> Self;
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    /// Multiplied by a constant, which has no partials.
+    fn times(self, factor: f32) -> Self;
+}
+
+/// The operations of noise bodies on the coordinates of one point.
+pub(crate) trait Number: Ring {
+    /// The type of its value.
+    type Float: Float;
     /// A constant with zero partials.
     fn constant(value: Self::Float) -> Self;
     /// Converts from a dual number, dropping what this type does not hold.
@@ -18,20 +30,38 @@ pub(crate) trait Number: Copy {
     fn value(self) -> Self::Float;
     /// The same partials with another value.
     fn with_value(self, value: Self::Float) -> Self;
-    fn add(self, other: Self) -> Self;
-    fn sub(self, other: Self) -> Self;
-    fn mul(self, other: Self) -> Self;
     /// Multiplied by a plain number.
     fn scale(self, factor: Self::Float) -> Self;
     /// Negated where `bits` is not 0.
     fn negate_if(self, bits: u32) -> Self;
-    /// One of two.
-    fn select(mask: bool, yes: Self, no: Self) -> Self;
+}
+
+impl<F: Float> Ring for F {
+    const PARTS: usize = 1;
+    #[inline(always)]
+    fn like(self, value: f32) -> F {
+        F::lit(value)
+    }
+    #[inline(always)]
+    fn add(self, other: F) -> F {
+        self + other
+    }
+    #[inline(always)]
+    fn sub(self, other: F) -> F {
+        self - other
+    }
+    #[inline(always)]
+    fn mul(self, other: F) -> F {
+        self * other
+    }
+    #[inline(always)]
+    fn times(self, factor: f32) -> F {
+        self * F::lit(factor)
+    }
 }
 
 impl<F: Float> Number for F {
     type Float = F;
-    const PARTS: usize = 1;
     #[inline(always)]
     fn constant(value: F) -> F {
         value
@@ -53,28 +83,12 @@ impl<F: Float> Number for F {
         value
     }
     #[inline(always)]
-    fn add(self, other: F) -> F {
-        self + other
-    }
-    #[inline(always)]
-    fn sub(self, other: F) -> F {
-        self - other
-    }
-    #[inline(always)]
-    fn mul(self, other: F) -> F {
-        self * other
-    }
-    #[inline(always)]
     fn scale(self, factor: F) -> F {
         self * factor
     }
     #[inline(always)]
     fn negate_if(self, bits: u32) -> F {
         self.flip(bits)
-    }
-    #[inline(always)]
-    fn select(mask: bool, yes: F, no: F) -> F {
-        if mask { yes } else { no }
     }
 }
 
@@ -89,9 +103,32 @@ pub(crate) struct Dual<F = f32> {
     pub(crate) dy: F,
 }
 
+impl<F: Float> Ring for Dual<F> {
+    const PARTS: usize = 3;
+    #[inline(always)]
+    fn like(self, value: f32) -> Dual<F> {
+        Dual::constant(F::lit(value))
+    }
+    #[inline(always)]
+    fn add(self, b: Dual<F>) -> Dual<F> {
+        Dual { v: self.v + b.v, dx: self.dx + b.dx, dy: self.dy + b.dy }
+    }
+    #[inline(always)]
+    fn sub(self, b: Dual<F>) -> Dual<F> {
+        Dual { v: self.v - b.v, dx: self.dx - b.dx, dy: self.dy - b.dy }
+    }
+    #[inline(always)]
+    fn mul(self, b: Dual<F>) -> Dual<F> {
+        Dual { v: self.v * b.v, dx: self.v * b.dx + self.dx * b.v, dy: self.v * b.dy + self.dy * b.v }
+    }
+    #[inline(always)]
+    fn times(self, factor: f32) -> Dual<F> {
+        self.scale(F::lit(factor))
+    }
+}
+
 impl<F: Float> Number for Dual<F> {
     type Float = F;
-    const PARTS: usize = 3;
     #[inline(always)]
     fn constant(value: F) -> Dual<F> {
         Dual { v: value, dx: F::lit(0.0), dy: F::lit(0.0) }
@@ -113,27 +150,11 @@ impl<F: Float> Number for Dual<F> {
         Dual { v, ..self }
     }
     #[inline(always)]
-    fn add(self, b: Dual<F>) -> Dual<F> {
-        Dual { v: self.v + b.v, dx: self.dx + b.dx, dy: self.dy + b.dy }
-    }
-    #[inline(always)]
-    fn sub(self, b: Dual<F>) -> Dual<F> {
-        Dual { v: self.v - b.v, dx: self.dx - b.dx, dy: self.dy - b.dy }
-    }
-    #[inline(always)]
-    fn mul(self, b: Dual<F>) -> Dual<F> {
-        Dual { v: self.v * b.v, dx: self.v * b.dx + self.dx * b.v, dy: self.v * b.dy + self.dy * b.v }
-    }
-    #[inline(always)]
     fn scale(self, k: F) -> Dual<F> {
         Dual { v: self.v * k, dx: self.dx * k, dy: self.dy * k }
     }
     #[inline(always)]
     fn negate_if(self, bits: u32) -> Dual<F> {
         Dual { v: self.v.flip(bits), dx: self.dx.flip(bits), dy: self.dy.flip(bits) }
-    }
-    #[inline(always)]
-    fn select(mask: bool, yes: Dual<F>, no: Dual<F>) -> Dual<F> {
-        if mask { yes } else { no }
     }
 }

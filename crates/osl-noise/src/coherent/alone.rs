@@ -2,7 +2,7 @@
 //! those of the next, until each lane has its own.
 
 use super::{Key, Lattice, Points};
-use crate::unroll::array;
+use crate::unroll::{array, each};
 use osl_simd::Kernel;
 use osl_simd::registers::{Floats, Marks, Registers};
 
@@ -30,67 +30,72 @@ fn are_small<const D: usize>(p: [f32; D]) -> bool {
     p.into_iter().all(|x| x.abs() < 1_048_576.0)
 }
 
-/// What is computed of each vector of points.
-pub(super) trait Form<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> {
-    /// The results of a vector.
-    type Results: Copy;
-    /// The number of vectors.
-    fn count(&self) -> usize;
-    /// A point by its vector and lane; NaN beyond the end.
-    fn point(&self, vector: usize, lane: usize) -> [f32; D];
-    /// The points of a vector that are in a cell, and their results.
-    fn within(&mut self, vector: usize, cell: &L::Cell) -> (R::Marks, Self::Results);
-    /// Other results in some lanes.
-    fn replaced_at(results: Self::Results, marks: R::Marks, others: Self::Results) -> Self::Results;
-    /// Stores the results of a vector.
-    fn store(&mut self, vector: usize, results: Self::Results);
-}
-
-/// One value for each point.
-struct Values<'a, L, R, const N: usize, const D: usize> {
-    points: Points<'a, L, R, D>,
-    scratch: Scratch<N>,
-}
-
-impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Form<L, R, N, D>
-    for Values<'_, L, R, N, D>
-{
-    type Results = R::Floats;
-    #[inline(always)]
-    fn count(&self) -> usize {
-        self.points.out.len() / N
-    }
-    #[inline(always)]
-    fn point(&self, vector: usize, lane: usize) -> [f32; D] {
-        array(
-            #[inline(always)]
-            |a| self.points.coords[a].get(vector * N + lane).copied().unwrap_or(f32::NAN),
-        )
-    }
-    #[inline(always)]
-    fn within(&mut self, vector: usize, cell: &L::Cell) -> (R::Marks, R::Floats) {
-        let r = self.points.registers;
-        let p = array(
-            #[inline(always)]
-            |a| r.floats(&self.points.coords[a].as_chunks().0[vector]),
-        );
-        L::within(r, p, cell, &mut self.scratch)
-    }
-    #[inline(always)]
-    fn replaced_at(results: R::Floats, marks: R::Marks, others: R::Floats) -> R::Floats {
-        results.replaced_at(marks, others)
-    }
-    #[inline(always)]
-    fn store(&mut self, vector: usize, results: R::Floats) {
-        let Points { registers: r, range, out, .. } = &mut self.points;
-        let (shift, factor) = (r.all(range.shift), r.all(range.factor));
-        ((results + shift) * factor).store(&mut out.as_chunks_mut().0[vector]);
-    }
+/// A lattice whose fields are computed with the data of one cell: values, and `S` − 1 partials of each.
+pub(crate) trait InOneCell<const D: usize, const S: usize>: Lattice<D> {
+    /// The points in a cell, and their values and partials before scaling to the range. Points whose fraction
+    /// has an unusual sign are in no cell.
+    fn within<R: Registers<N>, const N: usize>(
+        r: R,
+        p: [[R::Floats; D]; S],
+        cell: &Self::Cell,
+        scratch: &mut [Scratch<N>; S],
+    ) -> (R::Marks, [R::Floats; S]);
 }
 
 /// Computes points from the first one on, up to where vectors are in too many cells. Returns the number of
 /// points done.
-pub(super) struct Alone<'a, L, R, const N: usize, const D: usize>(pub(super) Points<'a, L, R, D>);
+pub(super) struct Alone<'a, L, R, const N: usize, const D: usize, const S: usize> {
+    points: Points<'a, L, R, D, S>,
+    scratch: [Scratch<N>; S],
+}
+
+impl<'a, L: InOneCell<D, S>, R: Registers<N>, const N: usize, const D: usize, const S: usize>
+    Alone<'a, L, R, N, D, S>
+{
+    pub(super) fn new(points: Points<'a, L, R, D, S>) -> Self {
+        Alone { points, scratch: std::array::from_fn(|_| Scratch([[0.0; N]; 16])) }
+    }
+
+    /// A point by its vector and lane; NaN beyond the end.
+    #[inline(always)]
+    fn point(&self, vector: usize, lane: usize) -> [f32; D] {
+        array(
+            #[inline(always)]
+            |a| self.points.coords[0][a].get(vector * N + lane).copied().unwrap_or(f32::NAN),
+        )
+    }
+
+    /// The points of a vector that are in a cell, and their results.
+    #[inline(always)]
+    fn within(&mut self, vector: usize, cell: &L::Cell) -> (R::Marks, [R::Floats; S]) {
+        let Points { registers: r, coords, .. } = &self.points;
+        let p = array(
+            #[inline(always)]
+            |k| {
+                array(
+                    #[inline(always)]
+                    |a| r.floats(&coords[k][a].as_chunks().0[vector]),
+                )
+            },
+        );
+        L::within(*r, p, cell, &mut self.scratch)
+    }
+
+    /// Stores the results of a vector in the range of the field.
+    #[inline(always)]
+    fn store(&mut self, vector: usize, results: [R::Floats; S]) {
+        let Points { registers: r, range, out, .. } = &mut self.points;
+        let (shift, factor) = (r.all(range.shift), r.all(range.factor));
+        each(
+            S,
+            #[inline(always)]
+            |k| {
+                let part = if k == 0 { results[0] + shift } else { results[k] };
+                (part * factor).store(&mut out[k].as_chunks_mut().0[vector]);
+            },
+        );
+    }
+}
 
 /// Number of cells that are remembered.
 const KNOWN: usize = 4;
@@ -100,14 +105,6 @@ const ROUNDS: usize = 3;
 const CELL: usize = 2;
 /// Further computations that are never too many. From there on, one for each vector is enough.
 const SPARE: usize = 8;
-
-impl<L: Lattice<D>, R: Registers<N>, const N: usize, const D: usize> Kernel for Alone<'_, L, R, N, D> {
-    type Output = usize;
-    #[inline(always)]
-    fn run(self) -> usize {
-        run::<L, R, _, N, D>(Values { points: self.0, scratch: Scratch([[0.0; N]; 16]) })
-    }
-}
 
 /// Whether vectors of points seem to be in more cells than it pays to compute them for: in two of the
 /// vectors, three points are in different cells.
@@ -126,41 +123,47 @@ pub(super) fn are_scattered<L: Lattice<D>, const N: usize, const D: usize>(coord
     })
 }
 
-/// Computes vectors from the first one on, until one is in too many cells. Returns the number of points done.
-#[inline(always)]
-pub(super) fn run<L: Lattice<D>, R: Registers<N>, F: Form<L, R, N, D>, const N: usize, const D: usize>(
-    mut form: F,
-) -> usize {
-    let start = form.point(0, 0);
-    if !are_small(start) {
-        return 0;
-    }
-    let mut cells = RecentCells::<L, D>::new(L::key_of(start));
-    let mut spent = 0;
-    for done in 0..form.count() {
-        let (inside, mut results) = form.within(done, cells.current());
-        let mut open = !inside;
-        let mut round = 0;
-        while let Some(lane) = open.first() {
-            // Two cells alternate along their border.
-            if round == 0 {
-                cells.swap();
-            } else {
-                let next = form.point(done, lane);
-                if round == ROUNDS || spent > done + SPARE || !are_small(next) {
-                    return done * N;
-                }
-                spent += cells.choose(L::key_of(next));
-            }
-            round += 1;
-            spent += 1;
-            let (inside, here) = form.within(done, cells.current());
-            results = F::replaced_at(results, inside, here);
-            open = open & !inside;
+impl<L: InOneCell<D, S>, R: Registers<N>, const N: usize, const D: usize, const S: usize> Kernel
+    for Alone<'_, L, R, N, D, S>
+{
+    type Output = usize;
+    #[inline(always)]
+    fn run(mut self) -> usize {
+        let start = self.point(0, 0);
+        if !are_small(start) {
+            return 0;
         }
-        form.store(done, results);
+        let count = self.points.out[0].len() / N;
+        let mut cells = RecentCells::<L, D>::new(L::key_of(start));
+        let mut spent = 0;
+        for done in 0..count {
+            let (inside, mut results) = self.within(done, cells.current());
+            let mut open = !inside;
+            let mut round = 0;
+            while let Some(lane) = open.first() {
+                // Two cells alternate along their border.
+                if round == 0 {
+                    cells.swap();
+                } else {
+                    let next = self.point(done, lane);
+                    if round == ROUNDS || spent > done + SPARE || !are_small(next) {
+                        return done * N;
+                    }
+                    spent += cells.choose(L::key_of(next));
+                }
+                round += 1;
+                spent += 1;
+                let (inside, here) = self.within(done, cells.current());
+                results = array(
+                    #[inline(always)]
+                    |k| results[k].replaced_at(inside, here[k]),
+                );
+                open = open & !inside;
+            }
+            self.store(done, results);
+        }
+        count * N
     }
-    form.count() * N
 }
 
 /// The last cells that were met.

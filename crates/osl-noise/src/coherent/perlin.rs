@@ -1,12 +1,14 @@
 //! Gradient noise at points of known cells.
 //!
 //! A table holds the gradients of a cell's corners as factors of the offset from the corner to the point: ±1,
-//! ±2, or a zero whose product with the offset is −0. Adding −0 leaves any number unchanged.
+//! ±2, or a zero whose product with the offset is −0. Adding −0 leaves any number unchanged. The formula is
+//! that of [`crate::perlin`], on a [`Jet`] in place of a number.
 
-use super::alone::Scratch;
+use super::alone::{InOneCell, Scratch};
 use super::{Key, Lattice, Table};
 use crate::float::Float;
-use crate::perlin::{SCALE, corner_hashes, factors, terms};
+use crate::number::Ring;
+use crate::perlin::{blend, corner_hashes, factors, terms, weights};
 use crate::unroll::{array, each};
 use osl_simd::registers::{Floats, Registers};
 
@@ -17,14 +19,71 @@ pub(crate) struct Perlin;
 /// A cube that many lanes share.
 #[derive(Clone, Copy)]
 pub(crate) struct Shared<const D: usize> {
-    pub(super) base: [f32; D],
+    base: [f32; D],
     /// The two terms of each corner. In three dimensions, they are places in the scratch memory; in two
     /// dimensions, factors of the offsets.
-    pub(super) terms: [[u32; 2]; 8],
+    terms: [[u32; 2]; 8],
 }
 
-/// The order of the axes in which three dimensions are blended.
-pub(super) const ORDER: [usize; 3] = [2, 0, 1];
+/// A register of numbers, each perhaps with partials: the values, then the partials in each direction.
+#[derive(Clone, Copy)]
+struct Jet<R: Registers<N>, const N: usize, const S: usize> {
+    registers: R,
+    parts: [R::Floats; S],
+}
+
+impl<R: Registers<N>, const N: usize, const S: usize> Jet<R, N, S> {
+    #[inline(always)]
+    fn from(registers: R, part: impl FnMut(usize) -> R::Floats) -> Self {
+        Jet { registers, parts: array(part) }
+    }
+}
+
+impl<R: Registers<N>, const N: usize, const S: usize> Ring for Jet<R, N, S> {
+    const PARTS: usize = S;
+    #[inline(always)]
+    fn like(self, value: f32) -> Self {
+        Jet::from(
+            self.registers,
+            #[inline(always)]
+            |k| self.registers.all(if k == 0 { value } else { 0.0 }),
+        )
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Jet::from(
+            self.registers,
+            #[inline(always)]
+            |k| self.parts[k] + other.parts[k],
+        )
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Jet::from(
+            self.registers,
+            #[inline(always)]
+            |k| self.parts[k] - other.parts[k],
+        )
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let (a, b) = (self.parts, other.parts);
+        Jet::from(
+            self.registers,
+            #[inline(always)]
+            |k| if k == 0 { a[0] * b[0] } else { a[0] * b[k] + a[k] * b[0] },
+        )
+    }
+    #[inline(always)]
+    fn times(self, factor: f32) -> Self {
+        let factor = self.registers.all(factor);
+        Jet::from(
+            self.registers,
+            #[inline(always)]
+            |k| self.parts[k] * factor,
+        )
+    }
+}
 
 impl<const D: usize> Lattice<D> for Perlin {
     const SIZES: (usize, usize) = (D, D << D);
@@ -77,9 +136,13 @@ impl<const D: usize> Lattice<D> for Perlin {
             #[inline(always)]
             |a| near[a] - one,
         );
-        blend(
-            r,
-            near,
+        let weight = weights::<_, D>(array(
+            #[inline(always)]
+            |a| Jet { registers: r, parts: [near[a]] },
+        ));
+        let mut g = [weight[0]; 16];
+        each(
+            1 << D,
             #[inline(always)]
             |corner| {
                 let mut sum = one;
@@ -92,9 +155,10 @@ impl<const D: usize> Lattice<D> for Perlin {
                         sum = if a == 0 { term } else { sum + term };
                     },
                 );
-                sum
+                g[corner] = Jet { registers: r, parts: [sum] };
             },
-        )
+        );
+        blend(g, &weight).parts[0]
     }
 
     type Cell = Shared<D>;
@@ -121,102 +185,93 @@ impl<const D: usize> Lattice<D> for Perlin {
         for corner in 0..1 << D {
             shared.terms[corner] = match D {
                 2 => factors::<2>(hashes[corner], corner).map(f32::to_bits),
-                _ => terms(hashes[corner])
-                    .map(|(axis, negative)| place(corner, axis as usize, negative as usize) as u32),
+                _ => {
+                    let [first, second, _] = terms::<usize, 3>(hashes[corner], [0, 1, 2]);
+                    let is_negative = |bit: u32| usize::from(hashes[corner] & bit != 0);
+                    [place(corner, first, is_negative(1)), place(corner, second, is_negative(2))]
+                        .map(|place| place as u32)
+                }
             };
         }
         shared
     }
+}
 
+impl<const D: usize, const S: usize> InOneCell<D, S> for Perlin {
     #[inline(always)]
     fn within<R: Registers<N>, const N: usize>(
         r: R,
-        p: [R::Floats; D],
+        p: [[R::Floats; D]; S],
         cell: &Shared<D>,
-        scratch: &mut Scratch<N>,
-    ) -> (R::Marks, R::Floats) {
+        scratch: &mut [Scratch<N>; S],
+    ) -> (R::Marks, [R::Floats; S]) {
         let one = r.all(1.0);
-        let near: [R::Floats; D] = array(
+        let near: [Jet<R, N, S>; D] = array(
             #[inline(always)]
-            |a| p[a] - r.all(cell.base[a]),
+            |a| {
+                Jet::from(
+                    r,
+                    #[inline(always)]
+                    |k| if k == 0 { p[0][a] - r.all(cell.base[a]) } else { p[k][a] },
+                )
+            },
         );
-        let far: [R::Floats; D] = array(
+        let far: [[R::Floats; S]; D] = array(
             #[inline(always)]
-            |a| near[a] - one,
+            |a| {
+                array(
+                    #[inline(always)]
+                    |k| if k == 0 { near[a].parts[0] - one } else { near[a].parts[k] },
+                )
+            },
         );
-        let mut top = near[0];
+        let mut top = near[0].parts[0];
         each(
             D,
             #[inline(always)]
             |a| {
-                top = top.larger_word(near[a]);
+                top = top.larger_word(near[a].parts[0]);
                 if D == 3 {
-                    for (corner, way) in [(0, near[a]), (7, far[a])] {
-                        way.store(scratch.at_mut(place(corner, a, 0)));
-                        way.negative().store(scratch.at_mut(place(corner, a, 1)));
-                    }
+                    each(
+                        S,
+                        #[inline(always)]
+                        |k| {
+                            for (corner, way) in [(0, near[a].parts[k]), (7, far[a][k])] {
+                                way.store(scratch[k].at_mut(place(corner, a, 0)));
+                                way.negative().store(scratch[k].at_mut(place(corner, a, 1)));
+                            }
+                        },
+                    );
                 }
             },
         );
-        let value = blend(
-            r,
-            near,
+        let mut g = [near[0]; 16];
+        each(
+            1 << D,
             #[inline(always)]
             |corner| {
                 let [first, second] = cell.terms[corner];
-                if D == 3 {
-                    let term = |at: u32| r.floats(scratch.at(at as usize));
-                    return term(first) + term(second);
-                }
-                let way = |a: usize| if (corner >> a) & 1 == 1 { far[a] } else { near[a] };
-                r.all(f32::from_bits(first)) * way(0) + r.all(f32::from_bits(second)) * way(1)
+                g[corner] = Jet::from(
+                    r,
+                    #[inline(always)]
+                    |k| {
+                        if D == 3 {
+                            let term = |at: u32| r.floats(scratch[k].at(at as usize));
+                            return term(first) + term(second);
+                        }
+                        let way =
+                            |a: usize| if (corner >> a) & 1 == 1 { far[a][k] } else { near[a].parts[k] };
+                        r.all(f32::from_bits(first)) * way(0) + r.all(f32::from_bits(second)) * way(1)
+                    },
+                );
             },
         );
-        (top.are_fractions(), value)
+        (top.are_fractions(), blend(g, &weights(near)).parts)
     }
 }
 
 /// Where the offset from a corner along an axis is in the scratch memory, or its negative.
 #[inline(always)]
-pub(super) fn place(corner: usize, axis: usize, negative: usize) -> usize {
+fn place(corner: usize, axis: usize, negative: usize) -> usize {
     axis + 3 * ((corner >> axis) & 1) + 6 * negative
-}
-
-/// The value from the offsets to the near corner and the gradients' products at the corners.
-#[inline(always)]
-fn blend<R: Registers<N>, const N: usize, const D: usize>(
-    r: R,
-    near: [R::Floats; D],
-    mut product: impl FnMut(usize) -> R::Floats,
-) -> R::Floats {
-    let one = r.all(1.0);
-    let mut g = [one; 8];
-    each(
-        1 << D,
-        #[inline(always)]
-        |corner| g[corner] = product(corner),
-    );
-    let order = if D == 3 { ORDER } else { [0, 1, 1] };
-    let mut done = 0;
-    each(
-        D,
-        #[inline(always)]
-        |step| {
-            let axis = order[step];
-            let t = near[axis];
-            let weight = t * t * t * (t * (t * r.all(6.0) - r.all(15.0)) + r.all(10.0));
-            let rest = one - weight;
-            each(
-                1 << D,
-                #[inline(always)]
-                |corner| {
-                    if corner & (done | 1 << axis) == 0 {
-                        g[corner] = g[corner] * rest + g[corner | 1 << axis] * weight;
-                    }
-                },
-            );
-            done |= 1 << axis;
-        },
-    );
-    g[0] * r.all(SCALE[D])
 }

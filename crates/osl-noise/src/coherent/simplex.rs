@@ -1,6 +1,6 @@
 //! Simplex noise in three dimensions at points of known simplices.
 
-use super::alone::Scratch;
+use super::alone::{InOneCell, Scratch};
 use super::{Key, Lattice, Table};
 use crate::simplex::{self, F, G, SCALE, gradients};
 use crate::unroll::{array, each};
@@ -109,14 +109,16 @@ impl Lattice<3> for Simplex {
         let order = [rank[0] > rank[1], rank[0] > rank[2], rank[1] > rank[2]];
         Shared { base: whole, corner: whole.map(|x| x - t), order, further, gradients }
     }
+}
 
+impl InOneCell<3, 1> for Simplex {
     #[inline(always)]
     fn within<R: Registers<N>, const N: usize>(
         r: R,
-        p: [R::Floats; 3],
+        [p]: [[R::Floats; 3]; 1],
         cell: &Shared,
-        _: &mut Scratch<N>,
-    ) -> (R::Marks, R::Floats) {
+        _: &mut [Scratch<N>; 1],
+    ) -> (R::Marks, [R::Floats; 1]) {
         let s = (p[0] + p[1] + p[2]) * r.all(F[3]);
         let place: [R::Floats; 3] = array(
             #[inline(always)]
@@ -144,7 +146,7 @@ impl Lattice<3> for Simplex {
             #[inline(always)]
             |j| r.all(cell.gradients[j / 3][j % 3]),
         );
-        (is_in_cube & !(order[0] | order[1] | order[2]), value)
+        (is_in_cube & !(order[0] | order[1] | order[2]), [value])
     }
 }
 
