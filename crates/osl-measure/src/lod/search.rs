@@ -166,7 +166,8 @@ impl Search<'_, '_> {
             values.push((known, self.judge.values(body, &known.truth, self.samples)?));
         }
         let mut best: Option<(f64, Far)> = None;
-        for begin in BEGINS {
+        // At footprint 1 the original runs.
+        for begin in BEGINS.into_iter().filter(|begin| begin * far.full >= 1.0) {
             let far = Far { begin, ..far.clone() };
             let (mut error, mut fits) = (0.0, true);
             for (known, values) in &values {

@@ -93,6 +93,36 @@ fn what_cannot_be_simplified_is_refused() {
     }
 }
 
+/// The root mean square difference of a channel, from the table of `compare`.
+fn rms(table: &str, channel: &str) -> f64 {
+    let line = table.lines().find(|line| line.starts_with(&format!("{channel} ")));
+    let words: Vec<&str> = line.unwrap_or_else(|| panic!("{table}")).split_whitespace().collect();
+    words[words.len() - 3].parse().unwrap()
+}
+
+#[test]
+fn a_plane_to_the_horizon_is_nearer_to_the_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let strips = concat!(env!("CARGO_MANIFEST_DIR"), "/../../osl/strips.osl");
+    std::fs::copy(strips, folder.path().join("strips.osl")).unwrap();
+    let (code, out, err) = run(folder.path(), "@/strips.osl -o @/far.osl");
+    assert_eq!(code, 0, "{out}{err}");
+    // The errors of docs/lod.md, with fewer samples for the truth.
+    for (scale, most, least) in [(8, 0.080, 0.076), (40, 0.116, 0.160)] {
+        let view = format!("--on plane --eye 0,0.2,1.6 -g 480x200 --uv-scale {scale},{scale} --outputs Fac");
+        for (file, samples, image) in [("strips", 64, "truth"), ("strips", 1, "one"), ("far", 1, "far")] {
+            let line = format!("@/{file}.osl {view} --samples {samples} -o @/{image}.exr");
+            let (code, _, err) = oslrun_at(folder.path(), &line);
+            assert_eq!(code, 0, "{err}");
+        }
+        let error = |image: &str| {
+            rms(&oslrun_at(folder.path(), &format!("compare @/{image}.exr @/truth.exr")).1, "Fac")
+        };
+        let (one, far) = (error("one"), error("far"));
+        assert!(far < one && far < most && one > least, "{scale}: {far}, one sample of the original {one}");
+    }
+}
+
 #[test]
 fn the_time_can_be_too_short() {
     let folder = folder();
