@@ -178,16 +178,16 @@ const QUESTIONS: [Question; 15] = [
     Question {
         asks: "Which simpler shader is as good from far away?",
         how: "Where a pixel covers many cells of a pattern, one sample of it is mostly noise, and its mean is closer to the right \
-              picture. `lod` finds from which width of a pixel on this holds, and `-o far.lod.osl` writes one shader that fades \
+              picture. `lod` finds from which size of a pixel on this holds, and `-o far.lod.osl` writes one shader that fades \
               to the means there.",
         shader: "far",
         args: "lod docs/questions/far.osl --budget 120",
-        shows: Shows::Begins("level "),
+        shows: Shows::Begins("from size "),
         reads: "(The table that follows is left out here: for footprints 1 to 256, the errors and times with and without levels.) A \
-                width is that of a pixel in `P`; a pattern of 12 cells has a cell every 0.083. From a width of 0.0315 on the grain \
-                is its mean, and from 0.126 on everything is. Both errors are against many samples of the original, at points \
-                that were not used to find the levels. Below the first width the original runs, with the same bits. The written \
-                shader uses derivatives only, so it works in every renderer. `--html levels.html` shows both side by side.",
+                size is that of a pixel in `P`; a pattern of 12 cells has a cell every 0.083. Both errors are against many \
+                samples of the original, at points that were not used to find the level. At footprint 1 the original \
+                runs, with the same bits. The written shader uses derivatives only, so it works in every renderer. \
+                `--html levels.html` shows both side by side.",
     },
 ];
 

@@ -4,8 +4,8 @@
 //!
 //! `inputs` finds what the outputs depend on, `ground` makes points with larger pixels, `judge` measures errors
 //! there, `errors` and `original` test them, `noise`, `edges` and `search` find what replaces parts of the
-//! shader, and `write` writes the source. All is chosen on some points and judged on others. This module must
-//! not write files; [`text`] and [`html`] format a [`Report`].
+//! shader, and `write` writes the source. All is chosen on some points and judged on others; [`text`] and
+//! [`html`] format a [`Report`].
 
 mod edges;
 mod errors;
