@@ -125,5 +125,5 @@ pub fn lod(bytes: &[u8]) -> u64 {
     {
         broken(&text, &format!("{written}\nwhat is written has other values at footprint 1"));
     }
-    4 + u64::from(is_same_near) + 2 * report.levels.len().min(7) as u64
+    4 + u64::from(is_same_near) + 2 * u64::from(report.level.is_some())
 }
