@@ -3,9 +3,9 @@
 use crate::camera::Ray;
 use crate::mesh::SurfacePoint;
 use glam::{Vec2, Vec3};
-use osl_exec::{PointSource, left_handed};
+use osl_exec::{Datum, PointSource, left_handed};
 use osl_ir::global::Global;
-use osl_ir::ir::Axis;
+use osl_ir::ir::{Axis, Const};
 
 /// The footprint of a point: the changes to its neighbours along x and along y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,9 +65,17 @@ pub struct SurfacePoints {
     footprints: Vec<Footprint>,
     /// Areas of the surfaces.
     areas: Vec<f32>,
+    /// Whether shaders see them as in testrender.
+    testrender: bool,
 }
 
 impl SurfacePoints {
+    /// An empty list whose points shaders see as in testrender: normals are turned to the viewer, and the
+    /// surface coordinates are also attributes with the names s and t.
+    pub fn of_testrender() -> SurfacePoints {
+        SurfacePoints { testrender: true, ..SurfacePoints::default() }
+    }
+
     /// An empty list with room for some points.
     pub fn with_capacity(count: usize) -> SurfacePoints {
         SurfacePoints {
@@ -75,6 +83,7 @@ impl SurfacePoints {
             incident: Vec::with_capacity(count),
             footprints: Vec::with_capacity(count),
             areas: Vec::with_capacity(count),
+            testrender: false,
         }
     }
 
@@ -123,20 +132,23 @@ impl SurfacePoints {
     fn value(&self, global: Global, at: usize) -> [f32; 3] {
         let Some(point) = self.points.get(at) else { return [0.0; 3] };
         let incident = self.incident.get(at).copied().unwrap_or_default();
+        let behind = incident.dot(point.ng) > 0.0;
+        let n = if behind && self.testrender { -point.n } else { point.n };
         match global {
             Global::P => point.p.to_array(),
             Global::I => incident.to_array(),
-            Global::N => point.n.to_array(),
+            Global::N => n.to_array(),
+            Global::Ng if self.testrender => n.to_array(),
             Global::Ng => point.ng.to_array(),
             Global::U => [point.uv.x, 0.0, 0.0],
             Global::V => [point.uv.y, 0.0, 0.0],
             Global::DPdu => point.dpdu.to_array(),
             Global::DPdv => point.dpdv.to_array(),
-            Global::Backfacing => [f32::from(u8::from(incident.dot(point.ng) > 0.0)), 0.0, 0.0],
+            Global::Backfacing => [f32::from(u8::from(behind)), 0.0, 0.0],
             Global::SurfaceArea => [self.areas.get(at).copied().unwrap_or_default(), 0.0, 0.0],
             Global::LeftHanded => {
                 let [dx, dy] = self.footprints.get(at).copied().unwrap_or_default().p;
-                [left_handed(dx.to_array(), dy.to_array(), point.n.to_array()), 0.0, 0.0]
+                [left_handed(dx.to_array(), dy.to_array(), n.to_array()), 0.0, 0.0]
             }
             _ => [0.0; 3],
         }
@@ -205,6 +217,19 @@ impl PointSource for SurfacePoints {
 
     fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         self.write(first, width, lanes, |at| self.change(global, axis, at));
+    }
+
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        let global = match name {
+            "s" => Global::U,
+            "t" => Global::V,
+            _ => return None,
+        };
+        if !self.testrender || !matches!(object, "" | "global") || element.is_some() {
+            return None;
+        }
+        let derivs = Axis::BOTH.map(|axis| self.change(global, axis, point)[0]);
+        Some(Datum { derivs, ..Datum::one(Const::Float(self.value(global, point)[0])) })
     }
 }
 

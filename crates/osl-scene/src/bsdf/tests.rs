@@ -4,6 +4,7 @@
 use super::*;
 use crate::testrender::sampler::Sampler;
 use osl_exec::Param;
+use osl_hir::builtins::Signature;
 use osl_ir::ir::Const;
 use std::f32::consts::{PI, TAU};
 use std::slice::from_ref;
@@ -420,4 +421,25 @@ fn disks_and_cosines_are_even() {
     assert!((mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 2e-3, "{mean}");
     assert_eq!(disk([0.5, 0.5]), glam::Vec2::ZERO);
     assert!((disk([1.0, 0.5]).x - 1.0).abs() < 1e-6 && disk([0.5, 0.0]).y < 0.0);
+}
+
+#[test]
+fn the_documentation_has_the_table() {
+    let mut table = "\n| closure | parameters | what is shown |\n|---|---|---|\n".to_string();
+    for closure in CLOSURES {
+        let forms = osl_hir::builtins::find(closure.name).map_or(&[][..], |found| found.signatures());
+        let form = |form: &Signature| form.params.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+        let names = forms.iter().map(form).collect::<Vec<_>>().join("; or ");
+        table += &format!("| `{}` | {names} | {} |\n", closure.name, closure.shows);
+    }
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/conformance.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (before, rest) = page.split_once("<!-- closures: begin -->").unwrap();
+    let (held, after) = rest.split_once("<!-- closures: end -->").unwrap();
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        let page = format!("{before}<!-- closures: begin -->{table}<!-- closures: end -->{after}");
+        std::fs::write(&path, page).unwrap();
+        return;
+    }
+    assert_eq!(held, table, "docs/conformance.md is not current: run this test with UPDATE_DOCS=1");
 }

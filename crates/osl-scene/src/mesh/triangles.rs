@@ -38,7 +38,7 @@ impl Bounds {
 }
 
 /// The shading data of a surface point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfacePoint {
     /// Its position.
     pub p: Vec3,

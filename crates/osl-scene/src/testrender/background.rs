@@ -3,10 +3,18 @@
 //! The table covers the azimuth around z and the cosine of the angle to z, so that all cells have the same
 //! solid angle. This module must not know how the light is computed.
 
-use super::dual::Dual3;
 use glam::Vec3;
 use osl_numeric::strict::{atan2, sincos};
 use std::f32::consts::{PI, TAU};
+
+/// A direction, of length 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Direction {
+    /// The direction.
+    pub value: Vec3,
+    /// Its changes to its neighbours along x and along y.
+    pub derivs: [Vec3; 2],
+}
 
 /// The table.
 #[derive(Clone, Debug)]
@@ -24,7 +32,7 @@ pub struct Table {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
     /// The direction, with its derivatives to the neighbouring cells.
-    pub direction: Dual3,
+    pub direction: Direction,
     /// The light divided by the density.
     pub weight: Vec3,
     /// The density by solid angle.
@@ -37,14 +45,14 @@ const MIN_SIDE: usize = 32;
 const BELOW_ONE: f32 = 0.999_999_94;
 
 /// The direction at a position of a table, with its change from cell to cell.
-fn direction(x: f32, y: f32, side: usize) -> Dual3 {
+fn direction(x: f32, y: f32, side: usize) -> Direction {
     let scale = 1.0 / side as f32;
     let (sin, cos) = sincos(TAU * x * scale);
     let height = 1.0 - 2.0 * y * scale;
     let radius = (1.0 - height * height).max(0.0).sqrt();
     let step = 2.0 * scale;
     let outward = if radius > 0.0 { step * height / radius } else { 0.0 };
-    Dual3 {
+    Direction {
         value: Vec3::new(radius * cos, radius * sin, height),
         derivs: [
             Vec3::new(-radius * sin, radius * cos, 0.0) * (TAU * scale),
@@ -54,7 +62,7 @@ fn direction(x: f32, y: f32, side: usize) -> Dual3 {
 }
 
 /// Directions at the centers of all cells of a table, row by row.
-pub fn centers(resolution: usize) -> Vec<Dual3> {
+pub fn centers(resolution: usize) -> Vec<Direction> {
     let side = resolution.max(MIN_SIDE);
     let cells = (0..side).flat_map(|y| (0..side).map(move |x| (x, y)));
     cells.map(|(x, y)| direction(x as f32 + 0.5, y as f32 + 0.5, side)).collect()

@@ -1,6 +1,7 @@
 //! The camera of a scene, and rays with a width.
 
-use super::dual::Dual3;
+use crate::bsdf::Frame;
+use crate::surface_points::Footprint;
 use glam::Vec3;
 use osl_numeric::strict;
 
@@ -37,32 +38,18 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// The point at a distance, with the displacements to the neighbours: perpendicular to the ray, as long
-    /// as its width there.
-    pub fn point(&self, distance: f32) -> Dual3 {
-        let radius = self.radius_at(distance);
-        Dual3 {
-            value: self.origin + self.direction * distance,
-            derivs: orthogonal(self.direction).map(|axis| axis * radius),
-        }
-    }
-
-    /// The direction with its derivatives.
-    pub fn dual_direction(&self) -> Dual3 {
-        Dual3 { value: self.direction, derivs: orthogonal(self.direction).map(|axis| axis * self.spread) }
-    }
-
     /// Its width at a distance.
     pub fn radius_at(&self, distance: f32) -> f32 {
         self.radius + self.spread * distance
     }
-}
 
-/// Two directions perpendicular to a unit vector and to each other.
-pub fn orthogonal(n: Vec3) -> [Vec3; 2] {
-    let aside = if n.x.abs() > 0.01 { Vec3::new(n.z, 0.0, -n.x) } else { Vec3::new(0.0, -n.z, n.y) };
-    let x = aside.normalize_or_zero();
-    [x, n.cross(x)]
+    /// The footprint at a distance: perpendicular to the ray, as long as its width there. The surface
+    /// coordinates are still those of the ray.
+    pub fn footprint(&self, distance: f32) -> Footprint {
+        let Frame { x, y, .. } = Frame::around(self.direction);
+        let (p, i) = (self.radius_at(distance), self.spread);
+        Footprint { p: [x * p, y * p], i: [x * i, y * i], ..Footprint::default() }
+    }
 }
 
 /// A camera and the size of its picture.
@@ -112,17 +99,8 @@ mod tests {
     fn rays_cover_a_pixel() {
         let ray = View::new(&Camera::default(), [100, 100]).ray([50.0, 50.0]);
         assert!((ray.spread - 0.01).abs() < 1e-6, "{}", ray.spread);
-        let [a, b] = ray.point(3.0).derivs;
+        let [a, b] = ray.footprint(3.0).p;
         assert!((a.length() - 0.03).abs() < 1e-6 && (b.length() - 0.03).abs() < 1e-6);
         assert!(a.dot(b).abs() < 1e-6 && a.dot(ray.direction).abs() < 1e-6);
-    }
-
-    #[test]
-    fn axes_are_at_right_angles() {
-        for n in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.005, 0.6, 0.8).normalize(), -Vec3::ONE.normalize()] {
-            let [a, b] = orthogonal(n);
-            assert!((a.length() - 1.0).abs() < 1e-6 && (b.length() - 1.0).abs() < 1e-6);
-            assert!(a.dot(b).abs() < 1e-6 && a.dot(n).abs() < 1e-6 && b.dot(n).abs() < 1e-6);
-        }
     }
 }

@@ -4,6 +4,7 @@
 //! A path has its own random numbers and is computed as if it were alone, so results do not depend on threads
 //! or on the grouping of paths.
 
+use super::background::Direction;
 use super::camera::Ray;
 
 use super::sampler::{Sampler, tent};
@@ -127,6 +128,11 @@ struct Seen {
     share: Vec3,
 }
 
+/// The direction of a ray, with its changes.
+fn around(ray: &Ray) -> Direction {
+    Direction { value: ray.direction, derivs: ray.footprint(0.0).i }
+}
+
 /// Traces the paths of one task.
 struct Tracer<'w> {
     stage: &'w Stage<'w>,
@@ -196,8 +202,7 @@ impl Tracer<'_> {
                 let closures = self.stage.shade(group, &points, kind, &mut self.notes)?;
                 for (hit, components) in hits.into_iter().zip(closures) {
                     self.stage.goes_on()?;
-                    let (wo, n) = (-hit.point.i.value, hit.point.n);
-                    let side = Side { wo, ng: n, inside: hit.point.backfacing };
+                    let side = Side::new(hit.point.on.ng, -hit.point.incident);
                     let surface = Scatter::new(&components, side, Rules::Testrender);
                     if let Some(light) = light.get_mut(hit.path.slot) {
                         next.extend(self.scatter(hit, surface, bounce, light, &mut seen));
@@ -233,7 +238,7 @@ impl Tracer<'_> {
                 found.collect()
             }
             _ => {
-                let directions: Vec<_> = missed.iter().map(|path| path.ray.dual_direction()).collect();
+                let directions: Vec<_> = missed.iter().map(|path| around(&path.ray)).collect();
                 let kind = if bounce == 0 { world::Ray::Camera } else { world::Ray::Bounce };
                 self.stage.background(&directions, kind, &mut self.notes)?
             }
@@ -259,7 +264,7 @@ impl Tracer<'_> {
         let SurfaceHit { mut path, shape: index, point, radius, .. } = hit;
         let shapes = &self.stage.world.shapes;
         let shape = shapes.get(index)?;
-        let p = point.p.value;
+        let p = point.on.p;
         let share = match shape.is_light {
             true => mis::power(path.pdf, shape.form.pdf(path.ray.origin, p)),
             false => 1.0,

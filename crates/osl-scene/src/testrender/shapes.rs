@@ -1,10 +1,12 @@
 //! Spheres and quads: ray intersection, shading data of a hit, and sampling of light from them.
 
-use super::camera::{Ray, orthogonal};
-use super::dual::{Dual, Dual3};
+use super::camera::Ray;
+use crate::bsdf::Frame;
 use crate::math::positive;
-use glam::Vec3;
-use osl_numeric::strict::sincos;
+use crate::mesh::SurfacePoint;
+use crate::surface_points::Footprint;
+use glam::{Vec2, Vec3};
+use osl_numeric::strict::{acos, atan2, sincos};
 use std::f32::consts::{PI, TAU};
 
 /// The geometry of a shape.
@@ -39,25 +41,15 @@ pub struct Shape {
     pub is_light: bool,
 }
 
-/// The shading data of a point on a shape.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// A point on a shape as a ray sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// The position.
-    pub p: Dual3,
+    /// The point; its normals point outwards.
+    pub on: SurfacePoint,
     /// The ray's direction.
-    pub i: Dual3,
-    /// The normal on the viewer's side.
-    pub n: Vec3,
-    /// Surface coordinates.
-    pub u: Dual,
-    /// Surface coordinates.
-    pub v: Dual,
-    /// Change of the position along u.
-    pub dpdu: Vec3,
-    /// Change of the position along v.
-    pub dpdv: Vec3,
-    /// Whether the viewer sees the back.
-    pub backfacing: bool,
+    pub incident: Vec3,
+    /// The changes to its neighbours.
+    pub footprint: Footprint,
     /// The surface area that a shader sees.
     pub area: f32,
 }
@@ -115,33 +107,33 @@ impl Form {
         }
     }
 
-    /// The shading data of the point at which a ray hits it.
+    /// The point at which a ray hits it.
     pub fn point(&self, ray: &Ray, distance: f32) -> Point {
-        let (p, i) = (ray.point(distance), ray.dual_direction());
-        let (n, [u, v], [dpdu, dpdv], area) = match self {
+        let p = ray.origin + ray.direction * distance;
+        // Measured: on a sphere, the derivatives of u have the opposite sign.
+        let (n, uv, [dpdu, dpdv], area, sign) = match self {
             Form::Sphere { center, radius } => {
-                let n = p.from(*center, 1.0 / radius).normalize();
-                let [x, y, z] = [0, 1, 2].map(|k| n.component(k));
-                let angle = x.atan2(z);
-                // Measured: the derivatives of u have the opposite sign.
-                let u =
-                    (Dual { derivs: angle.derivs.map(|s| -s), ..angle } + Dual::constant(PI)) * (1.0 / TAU);
-                let v = y.acos() * (1.0 / PI);
-                let (sin_u, cos_u) = sincos(TAU * u.value);
-                let (sin_v, cos_v) = sincos(PI * v.value);
+                let n = ((p - *center) * (1.0 / radius)).normalize_or_zero();
+                let uv = Vec2::new((atan2(n.x, n.z) + PI) * (1.0 / TAU), acos(n.y) * (1.0 / PI));
+                let ((sin_u, cos_u), (sin_v, cos_v)) = (sincos(TAU * uv.x), sincos(PI * uv.y));
                 let dpdu = Vec3::new(-cos_u * sin_v, 0.0, sin_u * sin_v) * (TAU * radius);
                 let dpdv = Vec3::new(-sin_u * cos_v, -sin_v, -cos_u * cos_v) * (PI * radius);
-                (n.value, [u, v], [dpdu, dpdv], PI * radius * radius)
+                (n, uv, [dpdu, dpdv], PI * radius * radius, -1.0)
             }
             Form::Quad { corner, edge_x, edge_y } => {
-                let along = |edge: &Vec3| p.from(*corner, 1.0).dot(*edge) * (1.0 / edge.length_squared());
-                let area = edge_x.cross(*edge_y).length();
-                (self.quad_normal(), [along(edge_x), along(edge_y)], [*edge_x, *edge_y], area)
+                let along = |edge: &Vec3| (p - *corner).dot(*edge) * (1.0 / edge.length_squared());
+                let uv = Vec2::new(along(edge_x), along(edge_y));
+                (self.quad_normal(), uv, [*edge_x, *edge_y], edge_x.cross(*edge_y).length(), 1.0)
             }
         };
-        let backfacing = n.dot(ray.direction) > 0.0;
-        let n = if backfacing { -n } else { n };
-        Point { p, i, n, u, v, dpdu, dpdv, backfacing, area }
+        let mut footprint = ray.footprint(distance);
+        let along = |way: Vec3, d: Vec3| {
+            let change = way.dot(d) / d.length_squared();
+            if change.is_finite() { change } else { 0.0 }
+        };
+        footprint.uv = footprint.p.map(|way| Vec2::new(sign * along(way, dpdu), along(way, dpdv)));
+        let on = SurfacePoint { p, n, ng: n, uv, dpdu, dpdv };
+        Point { on, incident: ray.direction, footprint, area }
     }
 
     /// The cosine of the angular radius of a sphere as seen from a point.
@@ -169,7 +161,7 @@ impl Form {
         match self {
             Form::Sphere { center, radius } => {
                 let axis = (*center - from).normalize_or_zero();
-                let [x, y] = orthogonal(axis);
+                let Frame { x, y, .. } = Frame::around(axis);
                 let limit = Form::cone(*center, *radius, from);
                 let cos = 1.0 - xi + xi * limit;
                 let sin = (1.0 - cos * cos).max(0.0).sqrt();
@@ -242,13 +234,14 @@ mod tests {
             let t = form.hit(&ray, false).expect("a hit");
             let here = form.point(&ray, t);
             // dP = dPdu du + dPdv dv, for the component of dP on the surface.
+            let (on, footprint) = (here.on, here.footprint);
             for axis in 0..2 {
-                let flat = here.p.derivs[axis] - here.n * here.p.derivs[axis].dot(here.n);
+                let flat = footprint.p[axis] - on.n * footprint.p[axis].dot(on.n);
                 let sign = if form == SPHERE { -1.0 } else { 1.0 };
-                let by_uv = here.dpdu * (sign * here.u.derivs[axis]) + here.dpdv * here.v.derivs[axis];
+                let uv = footprint.uv[axis];
+                let by_uv = on.dpdu * (sign * uv.x) + on.dpdv * uv.y;
                 assert!(flat.distance(by_uv) < 2e-2 * flat.length(), "{form:?} {flat} {by_uv}");
             }
-            assert!(here.n.dot(ray.direction) < 0.0);
         }
     }
 

@@ -1,14 +1,17 @@
 //! A scene with compiled shaders, and how they run over points of shapes.
 
-use super::background::{self, Table};
+use super::background::{self, Direction, Table};
 use super::camera::{Camera, View};
-use super::dual::Dual3;
-use super::points::{Attributes, Points};
 use super::shapes::{Point, Shape};
 use crate::bsdf;
+use crate::data::{Data, WithData};
+use crate::mesh::SurfacePoint;
+use crate::surface_points::{Footprint, SurfacePoints};
+use glam::Vec3;
 use osl_exec::{
-    Component, Frame, PointSource, Printed, Program, Run, RunError, RunOptions, Said, Services, unite,
+    Component, Datum, Frame, PointSource, Printed, Program, Run, RunError, RunOptions, Said, Services, unite,
 };
+use osl_ir::ir::Const;
 use osl_limits::Limits;
 use rayon::prelude::*;
 
@@ -86,7 +89,8 @@ pub(super) struct Stage<'w> {
     pub(super) world: &'w World,
     pub(super) view: View,
     pub(super) table: Option<Table>,
-    attributes: Attributes,
+    /// The attributes that shaders can request from the renderer.
+    data: Data,
 }
 
 /// Points of a table that one task shades.
@@ -95,9 +99,8 @@ const PIECE: usize = 1 << 13;
 impl<'w> Stage<'w> {
     /// Prepares a world; the background table is computed on all threads.
     pub(super) fn new(world: &'w World, notes: &mut Notes) -> Result<Stage<'w>, RunError> {
-        let attributes = Attributes { resolution: world.size, fov: world.camera.fov };
         let view = View::new(&world.camera, world.size);
-        let mut stage = Stage { world, view, table: None, attributes };
+        let mut stage = Stage { world, view, table: None, data: attributes(world) };
         if world.background.is_some() && world.resolution > 0 {
             let centers = background::centers(world.resolution);
             let pieces: Vec<_> = centers
@@ -131,12 +134,16 @@ impl<'w> Stage<'w> {
     /// The light of the background from directions.
     pub(super) fn background(
         &self,
-        directions: &[Dual3],
+        directions: &[Direction],
         ray: Ray,
         notes: &mut Notes,
-    ) -> Result<Vec<glam::Vec3>, RunError> {
+    ) -> Result<Vec<Vec3>, RunError> {
         let Some(group) = self.world.background else { return Ok(Vec::new()) };
-        let points: Vec<Point> = directions.iter().map(|i| Point { i: *i, ..Point::default() }).collect();
+        let point = |i: &Direction| {
+            let footprint = Footprint { i: i.derivs, ..Footprint::default() };
+            Point { on: SurfacePoint::default(), incident: i.value, footprint, area: 0.0 }
+        };
+        let points: Vec<Point> = directions.iter().map(point).collect();
         let found = self.shade(group, &points, ray, notes)?;
         Ok(found.iter().map(|components| bsdf::background(components)).collect())
     }
@@ -152,7 +159,9 @@ impl<'w> Stage<'w> {
         let Some(program) = self.world.groups.get(group).filter(|_| !points.is_empty()) else {
             return Ok(vec![Vec::new(); points.len()]);
         };
-        let source = Points { list: points, attributes: &self.attributes };
+        let mut list = SurfacePoints::of_testrender();
+        points.iter().for_each(|p| list.push(p.on, p.incident, p.footprint, p.area));
+        let source = WithData { points: list, data: self.data.clone() };
         // One tile, so that it runs on this thread only; the other threads have their own points.
         let limits = self.world.limits.clone();
         let options = RunOptions { tile: points.len(), closures: true, limits, ..RunOptions::default() };
@@ -162,4 +171,30 @@ impl<'w> Stage<'w> {
         let ci = closures.iter().find(|c| &*c.output == "Ci");
         Ok((0..points.len()).map(|at| ci.map_or_else(Vec::new, |c| c.point(at))).collect())
     }
+}
+
+/// The attributes of a world, of no object and of the global one.
+fn attributes(world: &World) -> Data {
+    let float = |x: f32| Datum::one(Const::Float(x));
+    let floats = |list: &[f32]| Datum::array(list.iter().map(|x| Const::Float(*x)).collect());
+    let [width, height] = world.size;
+    let aspect = width as f32 / height.max(1) as f32;
+    let list = [
+        ("osl:version", Datum::one(Const::Int(11312))),
+        ("camera:resolution", Datum::array([width, height].map(|n| Const::Int(n as i32)).to_vec())),
+        ("camera:projection", Datum::one(Const::Str("perspective".into()))),
+        ("camera:fov", float(world.camera.fov)),
+        ("camera:pixelaspect", float(1.0)),
+        ("camera:clip", floats(&[0.1, 1000.0])),
+        ("camera:clip_near", float(0.1)),
+        ("camera:clip_far", float(1000.0)),
+        ("camera:shutter", floats(&[0.0, 1.0])),
+        ("camera:shutter_open", float(0.0)),
+        ("camera:shutter_close", float(1.0)),
+        ("camera:screen_window", floats(&[-aspect, -1.0, aspect, 1.0])),
+    ];
+    let attributes: std::collections::BTreeMap<_, _> =
+        list.into_iter().map(|(name, datum)| (name.to_string(), datum)).collect();
+    let objects = [("global".to_string(), attributes.clone())].into();
+    Data { attributes, objects, ..Data::default() }
 }

@@ -6,7 +6,7 @@ use super::group::GroupBuilder;
 use super::options::{self, Item, ToolOption};
 use super::settings::{self, Settings};
 use osl::stages;
-use osl_exec::{Services, Severity};
+use osl_exec::{PointSource, Services, Severity};
 use osl_image::{Samples, TextureCache, write_channels};
 use osl_ir::passes;
 use osl_job::file::output;
@@ -14,6 +14,7 @@ use osl_job::picture::setup;
 use osl_job::source::input;
 use osl_lower::Requests;
 use osl_lower::group::text::Statement;
+use osl_scene::surface_points::SurfacePoints;
 use osl_scene::testrender::{self, GroupText, RayServices, Scene, World, scene};
 use osl_syntax::source::SourceMap;
 use std::collections::HashSet;
@@ -263,10 +264,11 @@ fn compile(
     })?;
     // The tool has no color management, so it knows the usual spaces only.
     passes::set_primaries(&mut body, 0);
+    let points = SurfacePoints::of_testrender();
     let options = passes::Options {
         outputs: Some(vec!["Ci".into()]),
-        varying: testrender::VARYING.to_vec(),
-        derivs: testrender::DERIVS.to_vec(),
+        varying: points.varying().to_vec(),
+        derivs: points.varying_derivs().to_vec(),
         limits: limits.clone(),
         ..passes::Options::default()
     };
