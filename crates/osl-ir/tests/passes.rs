@@ -36,7 +36,7 @@ fn options(comments: &str) -> Options {
             Some("affine") => options.affine = words.map(Into::into).collect(),
             Some("derivs") => options.derivs = globals(words),
             Some("prefilter") => {
-                options.prefilter = words.next().map(|scale| Prefilter::all(scale.parse().unwrap()));
+                options.prefilter = words.next().map(|scale| Prefilter { scale: scale.parse().unwrap() });
             }
             other => panic!("{other:?}"),
         }

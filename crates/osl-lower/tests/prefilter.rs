@@ -19,7 +19,7 @@ fn lowered(text: &str) -> Body {
 
 fn passed(text: &str, prefilter: Option<f32>) -> Body {
     let mut body = lowered(text);
-    let prefilter = prefilter.map(Prefilter::all);
+    let prefilter = prefilter.map(|scale| Prefilter { scale });
     passes::run(&mut body, &Options { prefilter, ..Options::default() });
     validate(&body).unwrap();
     body
@@ -74,22 +74,9 @@ fn what_is_the_same_everywhere_costs_nothing() {
 }
 
 #[test]
-fn places_that_are_left_alone_stay_as_they_are() {
-    let text = shader("r = step(0.5, u) + (v > 0.2 ? u : v); if (u < 0.3) r += noise(P);");
-    let body = lowered(&text);
-    let options = Options::default();
-    let places = passes::prefilter_places(body.clone(), &options);
-    assert!(places.len() >= 3, "{}", places.len());
-    let with = |left: Vec<passes::FilterSite>| {
-        let mut body = body.clone();
-        let prefilter = Some(Prefilter { scale: 1.0, left });
-        passes::run(&mut body, &Options { prefilter, ..options.clone() });
-        validate(&body).unwrap();
-        print(&body)
-    };
-    assert_eq!(with(places.clone()), print(&passed(&text, None)));
-    let all = with(Vec::new());
-    for (at, place) in places.iter().enumerate() {
-        assert_ne!(with(vec![*place]), all, "place {at}");
+fn widened_operations_are_counted() {
+    let text = "r = step(0.5, u) + (v > 0.2 ? u : v); if (u < 0.3) r += noise(P);";
+    for (text, n) in [(text, 4), ("r = noise(\"cell\", P);", 0), ("r = step(0.5, u); r = 1;", 0)] {
+        assert_eq!(passes::n_filtered(lowered(&shader(text)), &Options::default()), n, "{text}");
     }
 }

@@ -114,7 +114,6 @@ fn mean(program: &Compiled, grid: &Grid, output: usize, samples: u32) -> f64 {
         surface: grid,
         options: &options,
         cheaper: None,
-        guard: None,
         pattern: Pattern::new(samples, 5),
         filter: Filter::default(),
     };
@@ -144,7 +143,6 @@ fn errors(original: &Compiled, program: &Compiled, grid: &Grid) -> Vec<f64> {
         surface,
         options: &options,
         cheaper: None,
-        guard: None,
         pattern: Pattern::new(1, 77),
         filter: Filter::default(),
     };

@@ -38,7 +38,6 @@ fn shading<T>(text: &str, grid: &Grid, filter: Filter, work: impl FnOnce(&Shadin
         surface: grid,
         options: &options,
         cheaper: None,
-        guard: None,
         pattern: Pattern::new(64, 0),
         filter,
     })

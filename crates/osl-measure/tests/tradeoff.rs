@@ -98,7 +98,6 @@ fn a_measured_trade_makes_sense() {
         surface: &grid,
         options: &options,
         cheaper: None,
-        guard: None,
         pattern: pattern(),
         filter: Filter::default(),
     };
@@ -148,7 +147,6 @@ fn the_oracle_is_strict_where_that_agrees_with_double_precision() {
             surface: &grid,
             options: &options,
             cheaper: None,
-            guard: None,
             pattern: pattern(),
             filter: Filter::default(),
         });

@@ -22,7 +22,7 @@ mod ssa;
 mod unroll;
 mod weights;
 
-pub use prefilter::{FilterSite, Prefilter};
+pub use prefilter::Prefilter;
 pub use primaries::set_primaries;
 pub use weights::closures_as_numbers;
 
@@ -194,8 +194,8 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     reports
 }
 
-/// The places of a lowered program that `prefilter` can widen, in the order of the program.
-pub fn prefilter_places(mut body: Body, options: &Options) -> Vec<FilterSite> {
+/// How many operations of a lowered program `prefilter` widens.
+pub fn n_filtered(mut body: Body, options: &Options) -> usize {
     body.assumptions.arithmetic = options.arithmetic;
     if !options.traces {
         body.assumptions.traces = false;
@@ -206,7 +206,7 @@ pub fn prefilter_places(mut body: Body, options: &Options) -> Vec<FilterSite> {
     for pass in before.filter(|pass| run.includes(*pass)).collect::<Vec<_>>() {
         one(&mut body, pass, &mut run);
     }
-    widen(&mut body, &Prefilter::all(1.0), &run)
+    widen(&mut body, Prefilter { scale: 1.0 }, &run)
 }
 
 /// One run of the passes.
@@ -301,7 +301,7 @@ fn settle(body: &mut Body, run: &mut Run<'_>) -> bool {
 
 /// Writes derivatives, and the means of steps if they are requested.
 fn differentiate(body: &mut Body, run: &mut Run<'_>) {
-    if let Some(wanted) = &run.options.prefilter {
+    if let Some(wanted) = run.options.prefilter {
         widen(body, wanted, run);
     }
     // Unneeded code, such as most layers of a large group, must not be differentiated, and must not use up
@@ -316,8 +316,8 @@ fn differentiate(body: &mut Body, run: &mut Run<'_>) {
     }
 }
 
-/// Writes the means of steps. Unneeded code has no places.
-fn widen(body: &mut Body, wanted: &Prefilter, run: &Run<'_>) -> Vec<FilterSite> {
+/// Writes the means of the steps that outputs need. Returns their number.
+fn widen(body: &mut Body, wanted: Prefilter, run: &Run<'_>) -> usize {
     if !run.is_off(Pass::Dce) {
         dce::run(body);
     }

@@ -9,9 +9,9 @@
 //!
 //! The mean of a sum is the sum of the means, but this does not hold for values that go through another step
 //! or select a cell. So only values that reach the outputs through smooth functions, sums and choices are
-//! widened: the cells of a pattern stay in place. Where a mean is still no help is not known here: the caller
-//! measures it, and names the *places* that are left as they are. This module must not know the number of
-//! samples either: the caller scales the footprint.
+//! widened: the cells of a pattern stay in place. The mean of a straight edge is exact. It is wrong where the
+//! footprint contains a fold, a second edge, or more waves than the derivatives at its centre show. The caller
+//! scales the footprint to the area of a sample.
 //!
 //! Sources: Norton, Rockwood and Skolmoski 1982 (clamping); Apodaca and Gritz, Advanced RenderMan, 1999,
 //! chapter 11.
@@ -20,52 +20,31 @@ mod gentle;
 
 use super::rewrite::{Code, Rewrite};
 use crate::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, ValueId};
-use osl_syntax::span::Span;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use smallvec::smallvec;
 
-/// What the pass widens.
-#[derive(Clone, Debug, Default)]
+/// What the pass needs to know.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Prefilter {
-    /// The factor on the footprint of a pixel.
+    /// The factor on the footprint of a pixel: one over the root of the number of samples of a pixel.
     pub scale: f32,
-    /// The places that stay as they are.
-    pub left: Vec<FilterSite>,
 }
 
-impl Prefilter {
-    /// Widens all places.
-    pub fn all(scale: f32) -> Prefilter {
-        Prefilter { scale, left: Vec::new() }
-    }
-}
-
-/// An operation that can be widened. The same program with the same options, except for this pass, has the
-/// same places.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FilterSite {
-    /// Its first result.
-    result: ValueId,
-    /// The source location.
-    pub span: Span,
-}
-
-/// Runs the pass before derivatives are written. Returns the places that it met, in the order of the program.
-pub(super) fn run(body: &mut Body, wanted: &Prefilter) -> Vec<FilterSite> {
+/// Runs the pass before derivatives are written. Returns the number of operations that it widened.
+pub(super) fn run(body: &mut Body, wanted: Prefilter) -> usize {
     let gentle = gentle::find(body);
     let mut writer = Writer {
         code: Code::new(body),
         gentle,
         scale: wanted.scale,
-        left: wanted.left.iter().map(|place| place.result).collect(),
-        places: Vec::new(),
+        widened: 0,
         shares: FxHashMap::default(),
         zeros: FxHashMap::default(),
     };
     writer.block(writer.code.body.entry);
-    let places = std::mem::take(&mut writer.places);
+    let widened = writer.widened;
     writer.code.finish();
-    places
+    widened
 }
 
 /// Maximum number of operations of both sides of a branch that is always computed.
@@ -82,9 +61,8 @@ struct Writer<'a> {
     /// Values that reach the outputs through smooth functions only.
     gentle: Vec<bool>,
     scale: f32,
-    /// Results of the places that are left alone.
-    left: FxHashSet<ValueId>,
-    places: Vec<FilterSite>,
+    /// The number of operations that were widened.
+    widened: usize,
     /// For truth values, the share of the footprint in which they are true.
     shares: FxHashMap<ValueId, ValueId>,
     /// Int constants that are 0 or 1.
@@ -113,11 +91,9 @@ impl<'a> Rewrite<'a> for Writer<'a> {
                 self.keep(inst);
             }
             Op::Lane(op, args) => {
-                let (op, args, results, span) = (*op, args.clone(), inst.results.clone(), inst.span);
+                let (op, args, results) = (*op, args.clone(), inst.results.clone());
                 self.keep(inst);
-                if let [result] = results[..]
-                    && (!self.is_place(op, &args, result) || self.takes(result, span))
-                {
+                if let [result] = results[..] {
                     self.widen(op, &args, result);
                 }
             }
@@ -140,23 +116,6 @@ impl Writer<'_> {
         let smooth =
             |v: &ValueId| matches!(self.code.body.kind(*v), Kind::Float | Kind::Triple) && self.is_gentle(*v);
         !results.is_empty() && results.iter().all(smooth)
-    }
-
-    /// Whether a single operation can be widened, so that its result is replaced.
-    fn is_place(&self, op: LaneOp, args: &[ValueId], result: ValueId) -> bool {
-        use LaneOp as L;
-        let is_step = match op {
-            L::ToFloat | L::Choose => args.first().is_some_and(|truth| self.shares.contains_key(truth)),
-            L::Step | L::Smoothstep | L::Linearstep => true,
-            _ => false,
-        };
-        is_step && self.worth(&[result])
-    }
-
-    /// Notes a place. Returns whether it is widened.
-    fn takes(&mut self, result: ValueId, span: Span) -> bool {
-        self.places.push(FilterSite { result, span });
-        !self.left.contains(&result)
     }
 
     /// Writes the widened form of an operation after it.
@@ -182,6 +141,7 @@ impl Writer<'_> {
             _ => None,
         };
         if let Some(new) = new {
+            self.widened += 1;
             self.code.renaming.set(result, new);
         }
     }
@@ -340,10 +300,7 @@ impl Writer<'_> {
             NoiseField::USimplex => (0.5, SIMPLEX_GONE),
             NoiseField::Cell | NoiseField::Hash => return self.keep(inst),
         };
-        let place = inst.results.first().copied();
-        if !place.is_some_and(|place| self.takes(place, inst.span)) {
-            return self.keep(inst);
-        }
+        self.widened += 1;
         let coordinates: Vec<ValueId> = args.get(kernel.coordinates()).unwrap_or(&[]).to_vec();
         let results = inst.results.clone();
         self.keep(inst);
@@ -387,10 +344,11 @@ impl Writer<'_> {
         let wanted = self.shares.contains_key(&cond)
             && short.is_some_and(|(a, b)| a + b <= MAX_OPERATIONS)
             && inst.results.iter().any(|r| self.worth(&[*r]) || self.code.body.kind(*r) == Kind::Int);
-        let place = inst.results.first().copied();
-        if !wanted || !place.is_some_and(|place| self.takes(place, inst.span)) {
+        if !wanted {
             return self.keep(inst);
         }
+        // However many results a branch has, it counts once.
+        let widened = self.widened + 1;
         for side in [then, otherwise] {
             let mut insts = std::mem::take(&mut self.code.body.blocks[side.index()].insts);
             self.code.out.append(&mut insts);
@@ -401,6 +359,7 @@ impl Writer<'_> {
             self.keep(Inst { op: Op::Lane(op, args.clone()), results: smallvec![*result], span: inst.span });
             self.widen(op, &args, *result);
         }
+        self.widened = widened;
     }
 
     /// Number of operations of a block without effects, jumps and arrays.

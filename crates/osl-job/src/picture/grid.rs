@@ -11,7 +11,7 @@ use crate::file::rows::{Points, Rows};
 use crate::report::messages::{self, Report};
 use crate::report::profile;
 use crate::report::samples::Samples;
-use crate::report::stats::Stats;
+use crate::report::stats::{Stats, filtered};
 use crate::source::data;
 use crate::source::load::{LoadedShader, TextureFiles};
 use crate::source::reads::Reads;
@@ -20,7 +20,7 @@ use osl::stages::{self, Compiled};
 use osl_exec::{Frame, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
 use osl_ir::ir::Body;
-use osl_ir::passes::{self, Prefilter};
+use osl_ir::passes;
 use osl_measure::explain;
 use osl_measure::sample::Shading;
 use osl_numeric::Arithmetic;
@@ -140,6 +140,9 @@ pub(super) fn run(
         .wanted
         .stats
         .then(|| Stats::of(&forms.usual, (forms.lowered, evaluations), times, &image.running));
+    if let (Some(stats), Some(whole), Some(_)) = (&mut done.stats, &forms.whole, &forms.options.prefilter) {
+        stats.prefilter = Some(filtered(passes::n_filtered(whole.clone(), &forms.options)));
+    }
     let cost = |whole: &Body| explain::table(&explain::cost(whole, &forms.options));
     done.cost = forms.whole.as_ref().filter(|_| image.wanted.stats).map(cost);
     done.ranges = tallied.ranges;
@@ -156,8 +159,6 @@ fn compiled(
     tapped: bool,
     (services, points): (&Services, &WithData<Crop>),
 ) -> Forms {
-    let scale = |samples: u32| 1.0 / (samples as f32).sqrt();
-    let prefilter = image.sampling.prefilter(plan).map(scale);
     let options = passes::Options {
         outputs: loaded.outputs(image),
         varying: points.varying().to_vec(),
@@ -166,7 +167,7 @@ fn compiled(
         affine: services.spaces.affine(),
         without: image.running.without_pass.clone(),
         arithmetic: image.running.arithmetic.unwrap_or_default(),
-        prefilter: prefilter.map(|scale| Prefilter { scale, left: Vec::new() }),
+        prefilter: image.sampling.prefilter(plan),
         limits: image.limits().clone(),
     };
     let mut body = loaded.body.clone();

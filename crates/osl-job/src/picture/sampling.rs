@@ -7,6 +7,7 @@ use crate::report::samples::{Kept, Samples, spent};
 use crate::request::Sampling;
 use crate::request::bounds::{Resolved, short};
 use osl_exec::{Frame, Plane, Program, RunError, RunOptions, Services};
+use osl_ir::passes::Prefilter;
 use osl_measure::sample::{
     Adaptive, Check, Filter, FilterKind, Image, MAX_SAMPLES, PROMISED, Pattern, Rate, Reach, Shading,
     Surface, Tally, Watch, adaptive, at_rate, likely, max_error_each, outputs, reaches,
@@ -79,9 +80,10 @@ impl Sampling {
             || *prefilter
     }
 
-    /// If steps are filtered, the number of samples that share a pixel.
-    pub fn prefilter(&self, plan: Plan) -> Option<u32> {
-        self.prefilter.then_some(if let Plan::Samples(samples, ..) = plan { samples } else { 1 })
+    /// How wide steps are filtered, if they are: over the area of one of the samples of a pixel.
+    pub fn prefilter(&self, plan: Plan) -> Option<Prefilter> {
+        let samples = if let Plan::Samples(samples, ..) = plan { samples } else { 1 };
+        self.prefilter.then(|| Prefilter { scale: 1.0 / (samples as f32).sqrt() })
     }
 }
 
@@ -123,7 +125,6 @@ pub fn shading<'a>(
         surface,
         options,
         cheaper: None,
-        guard: None,
         pattern,
         filter: plan.filter(),
     }

@@ -13,6 +13,15 @@ use std::time::Duration;
 pub const SAME_IN_FAST: &str =
     "`--arithmetic fast` changes nothing here: the program has no operation that it computes in another way";
 
+/// How many operations are prefiltered, in a sentence.
+pub fn filtered(n: usize) -> String {
+    match n {
+        0 => "prefilter: no step or noise of this shader can be filtered".into(),
+        1 => "prefilter: 1 step or noise is filtered".into(),
+        n => format!("prefilter: {n} steps and noises are filtered"),
+    }
+}
+
 /// Times, rates, and what each pass did.
 #[derive(Debug, Serialize)]
 pub struct Stats {
@@ -32,6 +41,9 @@ pub struct Stats {
     /// If the fast arithmetic was asked for and changes nothing, a sentence that says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     arithmetic: Option<&'static str>,
+    /// How many operations are prefiltered, in a sentence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prefilter: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
@@ -72,6 +84,7 @@ impl Stats {
             passes: compiled.reports.iter().map(pass).collect(),
             arithmetic: (running.arithmetic == Some(Arithmetic::Fast) && !compiled.body.differs_in_fast())
                 .then_some(SAME_IN_FAST),
+            prefilter: None,
         }
     }
 
@@ -97,7 +110,7 @@ impl Stats {
         for Pass { name, before, after } in &self.passes {
             let _ = writeln!(text, "  {name:<8} {before:>6} -> {after}");
         }
-        if let Some(sentence) = self.arithmetic {
+        for sentence in self.arithmetic.into_iter().chain(self.prefilter.as_deref()) {
             let _ = writeln!(text, "{sentence}");
         }
         text

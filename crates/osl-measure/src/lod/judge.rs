@@ -191,7 +191,6 @@ impl<'a> Judge<'a> {
             surface: ground,
             options: self.options,
             cheaper: None,
-            guard: None,
             pattern: pattern.clone(),
             filter: Filter::default(),
         }

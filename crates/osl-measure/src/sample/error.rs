@@ -22,12 +22,6 @@ impl Block {
     pub(super) fn mean(&self) -> f32 {
         (self.sum / self.weight) as f32
     }
-
-    /// Adds later samples.
-    pub(super) fn add(&mut self, later: &Block) {
-        self.weight += later.weight;
-        self.sum += later.sum;
-    }
 }
 
 /// Sums up the samples of a pixel.

@@ -39,22 +39,10 @@ pub struct Shading<'a> {
     pub options: &'a RunOptions,
     /// The same shader in a cheaper arithmetic. It may be used where its error is permitted.
     pub cheaper: Option<&'a Program>,
-    /// Where a pixel is filtered, if `program` is filtered and that is decided for each pixel. Only images
-    /// with one sample in each pixel have it.
-    pub guard: Option<Guard<'a>>,
     /// Where the samples lie.
     pub pattern: Pattern,
     /// The reconstruction filter.
     pub filter: Filter,
-}
-
-/// The plain program beside a filtered one, for images with one sample at the centre of each pixel.
-#[derive(Clone, Copy, Debug)]
-pub struct Guard<'a> {
-    /// The program without filtering. It has the same planes.
-    pub plain: &'a Program,
-    /// The range of the output of each plane, in its units.
-    pub ranges: &'a [f64],
 }
 
 /// An image, or some rows of it.
@@ -348,46 +336,6 @@ impl<'a> Shading<'a> {
         let planes = std::mem::take(&mut frame.planes);
         said.add(frame, &self.options.limits.running);
         Ok((planes, self.signs(pixels, samples)))
-    }
-
-    /// The means of pixels with the same even number of samples, plane by plane, and how far the later half
-    /// of the samples moved each mean, plane by plane.
-    pub(super) fn halves(
-        &self,
-        pixels: &[u32],
-        samples: u32,
-        said: &mut Frame,
-    ) -> Result<[Vec<Vec<f32>>; 2], RunError> {
-        let (each, planes) = (samples.max(2) as usize, self.planes().len());
-        let piece = |shading: &Shading<'_>, pixels: &[u32]| {
-            let mut said = Frame::default();
-            let (planes, signs) = shading.sampled(pixels, 0..each as u32, &mut said)?;
-            let halves = |plane: &Plane| -> (Vec<f32>, Vec<f32>) {
-                let one = |(words, at): (&[u32], usize)| {
-                    let signs = signs.get(at..at + each).unwrap_or(&[]);
-                    let half = |range: Range<usize>| {
-                        let words = words.get(range.clone()).unwrap_or(&[]);
-                        block(words, plane.kind, signs.get(range).unwrap_or(&[]))
-                    };
-                    let mut all = half(0..each / 2);
-                    let first = all.mean();
-                    all.add(&half(each / 2..each));
-                    (all.mean(), (all.mean() - first).abs())
-                };
-                plane.words.chunks(each).zip((0..).step_by(each)).map(one).unzip()
-            };
-            Ok((planes.iter().map(halves).collect::<Vec<_>>(), said))
-        };
-        let mut found = [vec![Vec::with_capacity(pixels.len()); planes], vec![Vec::new(); planes]];
-        self.side_by_side((pixels, self.pixels_of(pixels.len(), each)), piece, |_, (planes, more)| {
-            said.add(more, &self.options.limits.running);
-            let [means, moves] = &mut found;
-            for ((own, means), moves) in planes.into_iter().zip(means).zip(moves) {
-                means.extend(own.0);
-                moves.extend(own.1);
-            }
-        })?;
-        Ok(found)
     }
 
     /// Whether samples have weights.

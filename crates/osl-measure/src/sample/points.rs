@@ -233,64 +233,6 @@ impl PointSource for SamplePoints<'_> {
     }
 }
 
-/// Chosen places of an image.
-pub(super) struct PlacedPoints<'a> {
-    pub(super) surface: &'a dyn Surface,
-    pub(super) places: &'a [PixelPosition],
-}
-
-impl PlacedPoints<'_> {
-    /// At most so many places from one on.
-    fn some(&self, first: usize, count: usize) -> &[PixelPosition] {
-        let end = (first + count).min(self.places.len());
-        self.places.get(first..end).unwrap_or(&[])
-    }
-}
-
-impl PointSource for PlacedPoints<'_> {
-    fn count(&self) -> usize {
-        self.places.len()
-    }
-
-    fn pixel(&self, position: usize) -> usize {
-        let width = self.surface.size().0;
-        let number = |place: &PixelPosition| place.pixel[1] as usize * width + place.pixel[0] as usize;
-        self.places.get(position).map_or(position, |place| self.surface.pixel(number(place)))
-    }
-
-    fn varying(&self) -> &[Global] {
-        self.surface.varying()
-    }
-
-    fn uniform(&self, global: Global) -> [f32; 3] {
-        self.surface.uniform(global)
-    }
-
-    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
-        self.surface.deriv(global, axis)
-    }
-
-    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
-        self.surface.fill_at(global, self.some(first, width), width, lanes);
-    }
-
-    fn varying_derivs(&self) -> &[Global] {
-        self.surface.varying_derivs()
-    }
-
-    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
-        self.surface.fill_deriv_at(global, axis, self.some(first, width), width, lanes);
-    }
-
-    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
-        self.surface.attribute_at(object, name, element, *self.places.get(point)?)
-    }
-
-    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
-        self.surface.attribute_is_shared(object, name, element)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::filter::FilterKind;

@@ -16,9 +16,6 @@ impl Shading<'_> {
     /// A loop exceeds its budget.
     pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, RunError> {
         let samples = samples.clamp(1, self.pattern.count());
-        if let (1, Some(guard)) = (samples, self.guard) {
-            return self.guarded(guard, rows);
-        }
         let pixels = self.pixels(rows);
         let mut image = Image::default();
         let values: Vec<Vec<f32>> = if samples == 1 {

@@ -6,11 +6,14 @@
 //! most 1.1 times the time in the median, and less than twice in 90 %.
 //!
 //! ```sh
-//! cargo bench -p oslrun --bench max_error -- [--file F] [--size N] [--seed N] [--commands] [--table] [NAME]
+//! cargo bench -p oslrun --bench max_error -- [--file F] [--size N] [--seed N] [--commands] [--table]
+//!     [--counts [--against F]] [NAME]
 //! ```
 //!
 //! `--size` may name another size than the three. `--commands` measures the same cases as whole commands, by
-//! the clock: the results must be there already.
+//! the clock: the results must be there already. `--counts` measures neither times nor fixed settings, and
+//! knows the truth at 4096 pixels only; it prints how many bounds are kept, and compares the evaluations with
+//! the results of another file (`--against`), such as those of an earlier state of the driver.
 //!
 //! Truths and best settings are kept in `target/max_error`. The first run takes half an hour on one core,
 //! later ones a quarter of one. The results are added to a file there (`--file` names another one), and a
@@ -60,6 +63,9 @@ struct Selection {
     table: bool,
     /// Measures whole commands.
     commands: bool,
+    /// Measures neither times nor fixed settings, and compares with the results in this file.
+    counts: bool,
+    against: Option<PathBuf>,
     file: PathBuf,
     folder: PathBuf,
     part: Option<String>,
@@ -74,8 +80,9 @@ impl Selection {
             arguments.get(at + 1).cloned()
         };
         let is = |name: &str| arguments.iter().any(|a| a == name);
-        let after_option =
-            |at: usize| at > 0 && ["--file", "--size", "--seed"].contains(&arguments[at - 1].as_str());
+        let after_option = |at: usize| {
+            at > 0 && ["--file", "--size", "--seed", "--against"].contains(&arguments[at - 1].as_str())
+        };
         let part = arguments.iter().enumerate().find(|(at, a)| !a.starts_with("--") && !after_option(*at));
         let folder = root().join("target/max_error");
         Selection {
@@ -83,6 +90,8 @@ impl Selection {
             quick: is("--test") || is("--quick") || !is("--bench"),
             table: is("--table"),
             commands: is("--commands"),
+            counts: is("--counts"),
+            against: value("--against").map(PathBuf::from),
             file: value("--file").map_or_else(|| folder.join("results.tsv"), PathBuf::from),
             folder,
             part: part.map(|(_, a)| a.clone()),
@@ -115,7 +124,7 @@ fn timed(work: impl FnOnce()) -> f64 {
 
 /// Measures the cases of a shader at one size.
 fn measure(shader: &Shader, compiled: &Compiled, side: usize, (services, wanted): (&Services, &Selection)) {
-    let Selection { quick, file, folder, .. } = wanted;
+    let Selection { quick, file, folder, counts, .. } = wanted;
     let known: std::collections::BTreeSet<table::Key> = wanted.results().iter().map(Measured::key).collect();
     let seeds: Vec<u32> =
         SEEDS.into_iter().filter(|seed| wanted.seed.is_none_or(|own| own == *seed)).collect();
@@ -133,13 +142,17 @@ fn measure(shader: &Shader, compiled: &Compiled, side: usize, (services, wanted)
         surface: &grid,
         options: &options,
         cheaper: compiled.fast.as_ref(),
-        guard: None,
         pattern: Pattern::new(first, 0),
         filter: Filter::default(),
     };
-    let truth = Truth::of(shader, &plain, ERRORS[1], folder, *quick);
+    let checked = match (*quick, *counts) {
+        (true, _) => [64, 64, 64],
+        (_, true) => [4096, 1024, 4096],
+        _ => [16384, 1024, 4096],
+    };
+    let truth = Truth::of(shader, &plain, ERRORS[1], (folder, checked));
     for seed in seeds {
-        let best = truth.best(&plain, &ERRORS, (seed, most));
+        let best = if *counts { vec![None; 2] } else { truth.best(&plain, &ERRORS, (seed, most)) };
         // A command makes the pattern before it begins; the number of samples is that of the command.
         let shading = Shading { pattern: Pattern::new(64, seed), ..plain.clone() };
         for (error, best) in ERRORS.into_iter().zip(best) {
@@ -222,6 +235,12 @@ fn main() {
         wanted.file = commands::file(&wanted);
     }
     let results = wanted.results();
+    if wanted.counts {
+        let other =
+            wanted.against.map(|file| table::read(&std::fs::read_to_string(file).unwrap_or_default()));
+        println!("{}", table::counts(&results, &other.unwrap_or_default()));
+        return;
+    }
     println!("{}", table::tables(&results));
     if wanted.table {
         println!("{}\n{}", table::shaders(&results, 256), table::misses(&results));

@@ -147,6 +147,43 @@ pub(crate) fn tables(all: &[Measured]) -> String {
     text
 }
 
+/// How many bounds are kept, and how many cases take at most `DEARER` times the evaluations of the same case
+/// in other results; by sizes and by evaluations.
+pub(crate) fn counts(all: &[Measured], others: &[Measured]) -> String {
+    let mut text = "| cases | number | kept | with others | at most 1.2 times | median | sum |\n".to_string();
+    text += &format!("|---|{}\n", "---:|".repeat(6));
+    let pairs: Vec<(&Measured, Option<&Measured>)> =
+        all.iter().map(|one| (one, others.iter().find(|other| other.key() == one.key()))).collect();
+    let mut add = |name: &str, which: &dyn Fn(&Measured) -> bool| {
+        let some: Vec<_> = pairs.iter().filter(|(one, _)| which(one)).collect();
+        let other = || some.iter().filter_map(|(one, other)| Some((*one, (*other)?)));
+        let percent = |n: usize, of: usize| 100.0 * n as f64 / of.max(1) as f64;
+        let kept = |some: &[&Measured]| percent(some.iter().filter(|one| one.is_kept()).count(), some.len());
+        let mut ratios: Vec<f64> = other().map(|(one, other)| one.evaluations / other.evaluations).collect();
+        ratios.sort_by(f64::total_cmp);
+        let sums =
+            other().fold([0.0; 2], |[a, b], (one, other)| [a + one.evaluations, b + other.evaluations]);
+        text += &format!(
+            "| {name} | {} | {:.1} % | {:.1} % | {:.1} % | {:.2} | {:.2} |\n",
+            some.len(),
+            kept(&some.iter().map(|(one, _)| *one).collect::<Vec<_>>()),
+            kept(&other().map(|(_, other)| other).collect::<Vec<_>>()),
+            percent(ratios.iter().filter(|ratio| **ratio <= DEARER).count(), ratios.len()),
+            ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN),
+            sums[0] / sums[1],
+        );
+    };
+    add("all", &|_| true);
+    let mut sides: Vec<usize> = all.iter().map(|one| one.side).collect();
+    sides.sort_unstable();
+    sides.dedup();
+    sides.iter().for_each(|side| add(&format!("{side}x{side}"), &|one| one.side == *side));
+    add("at most 0.5 evaluations a pixel", &|one| one.evaluations <= 0.5);
+    add("0.5 to 2", &|one| one.evaluations > 0.5 && one.evaluations <= 2.0);
+    add("more than 2", &|one| one.evaluations > 2.0);
+    text
+}
+
 /// The cases that miss an aim, the worst first.
 pub(crate) fn misses(all: &[Measured]) -> String {
     let mut text = String::new();

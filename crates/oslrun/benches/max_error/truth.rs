@@ -8,9 +8,6 @@ use osl_measure::sample::{
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 
-/// The number of pixels with a known truth; its samples; those of pixels where that is not enough.
-const CHECKED: usize = 16384;
-const TRUTH: [u32; 2] = [1024, 4096];
 /// A truth is enough if its standard error is below this share of the smallest bound.
 const ENOUGH: f32 = 0.02;
 
@@ -51,16 +48,17 @@ pub(crate) struct Truth {
 }
 
 impl Truth {
-    /// Reads the truth of an image, or computes it. `smallest` is the smallest bound as a share.
+    /// Reads the truth of an image, or computes it. `smallest` is the smallest bound as a share. The last
+    /// arguments are the folder, the number of pixels with a known truth, its samples, and those of pixels
+    /// where these are not enough.
     pub(crate) fn of(
         shader: &Shader,
         shading: &Shading<'_>,
         smallest: f32,
-        folder: &Path,
-        quick: bool,
+        (folder, [pixels, few, many]): (&Path, [u32; 3]),
     ) -> Truth {
         let size = shading.surface.size();
-        let (pixels, [few, many]) = if quick { (64, [64, 64]) } else { (CHECKED, TRUTH) };
+        let pixels = pixels as usize;
         let mut hasher = DefaultHasher::new();
         (shader.identity(), size, pixels, few, many, smallest.to_bits()).hash(&mut hasher);
         let file = folder.join(format!("{:016x}.truth", hasher.finish()));
@@ -69,7 +67,7 @@ impl Truth {
             ranges[reach.planes.clone()].fill(reach.size());
         }
         let watched = Watch::new(size.0 * size.1, pixels).pixels().to_vec();
-        let oracle = read(&file, &watched, ranges.len()).unwrap_or_else(|| {
+        let oracle = read(&file, &watched, (ranges.len(), few)).unwrap_or_else(|| {
             let mut found = oracle(shading, &watched, few).expect("a truth");
             let unsure = |at: &usize| {
                 let mut planes = found.errors.iter().zip(&ranges);
@@ -163,13 +161,13 @@ fn write(file: &Path, oracle: &Oracle) {
     std::fs::write(file, all.flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>()).expect("a file");
 }
 
-fn read(file: &Path, pixels: &[u32], planes: usize) -> Option<Oracle> {
+fn read(file: &Path, pixels: &[u32], (planes, samples): (usize, u32)) -> Option<Oracle> {
     let bytes = std::fs::read(file).ok()?;
     let all: Vec<f32> = bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
     let lists: Vec<Vec<f32>> = all.chunks(pixels.len()).map(<[f32]>::to_vec).collect();
     (lists.len() == 2 * planes).then(|| Oracle {
         pixels: pixels.to_vec(),
-        samples: TRUTH[0],
+        samples,
         values: lists[..planes].to_vec(),
         errors: lists[planes..].to_vec(),
         ..Oracle::default()

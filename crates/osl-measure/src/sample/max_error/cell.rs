@@ -32,8 +32,6 @@ pub(super) enum Spot {
     /// Near a pixel of the lattice of all pixels that has eight neighbours: the one left above it, the width
     /// of the image, and the distances from it.
     Near(usize, usize, [f32; 2]),
-    /// Near another pixel of that lattice: the pixel, the size of the image, and the distances.
-    AtBorder([usize; 2], [usize; 2], [f32; 2]),
 }
 
 impl Spot {
@@ -45,16 +43,11 @@ impl Spot {
         Spot::Between([above + left, above + right, below + left, below + right], shares)
     }
 
-    /// A position in the lattice of all pixels.
+    /// A position in the lattice of all pixels, which has at least three along each axis.
     pub(super) fn near([width, height]: [usize; 2], [x, y]: [f32; 2]) -> Spot {
-        let nearest = |at: f32, size: usize| ((at + 0.5).max(0.0) as usize).min(size - 1);
+        let nearest = |at: f32, size: usize| ((at + 0.5).max(1.0) as usize).min(size - 2);
         let (column, line) = (nearest(x, width), nearest(y, height));
-        let apart = [x - column as f32, y - line as f32];
-        let inside = |at: usize, size: usize| at > 0 && at + 1 < size;
-        match inside(column, width) && inside(line, height) {
-            true => Spot::Near((line - 1) * width + column - 1, width, apart),
-            false => Spot::AtBorder([column, line], [width, height], apart),
-        }
+        Spot::Near((line - 1) * width + column - 1, width, [x - column as f32, y - line as f32])
     }
 
     /// The lattice's prediction for one plane: interpolated between the corners of a cell or, in the lattice
@@ -73,27 +66,6 @@ impl Spot {
                 let twist = 0.25 * s * t * (above[0] + below[2] - below[0] - above[2]);
                 let down = curved([above[1], own[1], below[1]], t);
                 own[1] + curved(own, s) + down + twist
-            }
-            Spot::AtBorder([column, line], [width, height], [s, t]) => {
-                let here = plane[line * width + column];
-                let parabola = |before: Option<f32>, behind: Option<f32>, t: f32| match (before, behind) {
-                    (Some(a), Some(b)) => curved([a, here, b], t),
-                    (Some(a), None) => t * (here - a),
-                    (None, Some(b)) => t * (b - here),
-                    (None, None) => 0.0,
-                };
-                let pick = |x: usize, y: usize| (x < width && y < height).then(|| plane[y * width + x]);
-                let (left, above) = (column.wrapping_sub(1), line.wrapping_sub(1));
-                let (right, below) = (column + 1, line + 1);
-                let corners =
-                    [(left, above), (right, below), (left, below), (right, above)].map(|(x, y)| pick(x, y));
-                let twist = match corners {
-                    [Some(a), Some(b), Some(c), Some(d)] => 0.25 * s * t * (a + b - c - d),
-                    _ => 0.0,
-                };
-                let across = parabola(pick(left, line), pick(right, line), s);
-                let down = parabola(pick(column, above), pick(column, below), t);
-                here + across + down + twist
             }
         }
     }

@@ -5,16 +5,12 @@
 //! arithmetic only if it expects it to be faster.
 
 use super::Work;
+use super::policy::SURE_PROBES;
 use super::probe::{Probes, distance};
 use crate::sample::error::Block;
 use crate::sample::image::{Cheaper, Shading};
 use crate::sample::weights::weighted;
 use osl_exec::RunError;
-
-/// Minimum number of probes: with fewer, rare errors would be missed.
-const ENOUGH: usize = 1024;
-/// The largest error of the cheaper arithmetic at any of these probes, as a share of the bound.
-const SHARE: f32 = 0.02;
 
 impl<'a> Work<'_, 'a> {
     /// Samples pending pixels in the cheaper arithmetic from here on, if there is one and it is accurate
@@ -22,12 +18,13 @@ impl<'a> Work<'_, 'a> {
     pub(super) fn choose_arithmetic(&mut self, probes: &Probes, pending: &[bool]) -> Result<(), RunError> {
         let Some(program) = self.shading.cheaper else { return Ok(()) };
         let open = probes.open(pending);
-        if open.len() < ENOUGH {
+        // With fewer, rare errors would be missed.
+        if open.len() < SURE_PROBES / 2 {
             return Ok(());
         }
         let cheaper = Shading { program, cheaper: None, ..self.shading.clone() };
         let [weighty, largest] = self.difference(&cheaper, probes, &open)?;
-        if weighty <= SHARE * self.wanted.error {
+        if weighty <= 0.02 * self.wanted.error {
             let pixels = pending.iter().filter(|pending| **pending).count() as u64;
             self.chosen = Some(Cheaper { compared: open.len() as u64, largest, pixels });
             self.wanted.error -= weighty;

@@ -17,28 +17,23 @@
 mod cell;
 mod cheaper;
 mod curvature;
-mod flags;
 mod lattice;
-mod learn;
+mod limits;
 mod pilot;
 mod policy;
 mod probe;
 mod samples;
-mod scaled;
-mod uniform;
 
 use super::adapt::power_below;
 use super::image::{Cheaper, Image, PixelSamples, Shading, not_finite};
+use super::round::put;
 use super::weights::Weights;
-use curvature::Curvatures;
-use flags::{CHUNK, add_set, count, scatter, set, set_all};
 use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
-use probe::{ProbeError, Probes, Tried, trust};
+use probe::{Probes, trust};
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// The error bound of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,18 +77,15 @@ pub fn max_error_each(
         height: rows.len(),
         first: (rows.start * width) as u32,
         spread: spread(shading),
-        estimating: 0.0,
         values: Vec::new(),
         known: vec![false; rows.len() * width],
-        filled: None,
-        kept: Default::default(),
         samples: Vec::new(),
         evaluations: 0,
         unfinished: 0,
         above: 0.0,
         said: Frame::default(),
     };
-    if shading.options.threads == Some(1) || work.known.len() < PARALLEL {
+    if shading.options.threads == Some(1) || work.known.len() < 4096 {
         return work.run();
     }
     // The threads of the pool find the next step sooner than they can be woken.
@@ -124,18 +116,10 @@ struct Work<'s, 'a> {
     first: u32,
     /// The variance of samples around a pixel's centre.
     spread: f32,
-    /// The time of estimating a pixel's error after a round, in evaluations.
-    estimating: f64,
     /// For each plane the current pixel values: computed centres and interpolated pixels.
     values: Vec<Vec<f32>>,
     /// Pixels whose centre was computed.
     known: Vec<bool>,
-    /// The steps of the lattice in which all pixels were interpolated last, 0 for several lattices; `None` as
-    /// long as they were not.
-    filled: Option<[usize; 2]>,
-    /// What is known of the lattices of every pixel, every second and every fourth, if they were computed as
-    /// a whole.
-    kept: [Option<Kept>; 3],
     /// The samples of each pixel that has any, 0 for the others; empty as long as none has.
     samples: Vec<u32>,
     evaluations: u64,
@@ -144,14 +128,6 @@ struct Work<'s, 'a> {
     /// Pixels that probably exceed the bound, because the samples do not suffice.
     above: f64,
     said: Frame,
-}
-
-/// The findings about a lattice after all its pixels were computed. They stay valid from then on.
-#[derive(Default)]
-struct Kept {
-    curvatures: Option<Arc<Curvatures>>,
-    /// The errors at the probes, as far as they were asked for.
-    errors: Vec<Option<ProbeError>>,
 }
 
 impl<'a> Work<'_, 'a> {
@@ -163,8 +139,6 @@ impl<'a> Work<'_, 'a> {
             off = self.lattices(&mut probes, &mut pending)?;
             self.choose_arithmetic(&probes, &pending)?;
         }
-        // Nothing needs the values of pixels between those of the lattice before.
-        self.fill();
         self.sample(&pending, off, &probes)?;
         Ok(self.image())
     }
@@ -172,25 +146,10 @@ impl<'a> Work<'_, 'a> {
     /// Settles as many pixels as lattices can. Returns how many of them may exceed the bound.
     fn lattices(&mut self, probes: &mut Probes, pending: &mut [bool]) -> Result<f32, RunError> {
         let mut steps = vec![COARSE];
-        let each = if self.has_spikes()? { PROBE[3] } else { PROBE[0] };
-        let mut found = self.settle_by(&mut steps, probes, each, pending)?;
-        let closer = each * 3 / 4;
-        let has_more = probes_of(pending.len(), closer, 0) > probes.count();
-        if found.near > 0 && has_more && !self.is_rough(&found, pending) {
-            found = self.settle_by(&mut steps, probes, closer, pending)?;
-        }
-        if self.is_rough(&found, pending)
-            && count(pending) as f32 > UNIFORM * pending.len() as f32
-            && let Some(whole) = self.uniform(probes, pending)?
-        {
-            (steps, found) = (vec![whole.step], whole.found);
-        }
+        let mut found = self.settle_by(&mut steps, probes, PROBE[0], pending)?;
         for (step, each) in [(2, PROBE[1]), (1, PROBE[2])] {
             if count(pending) == 0 {
                 break;
-            }
-            if steps.iter().any(|done| *done <= step) {
-                continue;
             }
             if self.is_rough(&found, pending) {
                 if self.is_worth(probes, pending, step)? {
@@ -198,7 +157,6 @@ impl<'a> Work<'_, 'a> {
                     found = self.settle_by(&mut steps, probes, each, pending)?;
                 }
             } else {
-                self.settle_near(step, probes, pending)?;
                 found.off += self.settle_one(step, probes, pending, found.off)?.off;
             }
         }
@@ -214,7 +172,7 @@ impl<'a> Work<'_, 'a> {
     /// Whether the remaining pixels are so expensive that further tests cost nothing in comparison: there are
     /// many, and no lattice was good enough for all.
     fn is_rough(&self, found: &LatticeOutcome, pending: &[bool]) -> bool {
-        count(pending) as f32 > ROUGH * pending.len() as f32 && found.failed > FAILED
+        count(pending) as f32 > ROUGH * pending.len() as f32 && found.failed > NEARLY
     }
 
     /// Settles pixels by some lattices, after a probe at one in `each` pixels. Lattices that were wrong
@@ -234,50 +192,13 @@ impl<'a> Work<'_, 'a> {
         for step in steps.iter() {
             let before = count(pending);
             let one = self.settle_one(*step, probes, pending, found.off)?;
-            if before - count(pending) > (USEFUL * pending.len() as f32) as usize || one.failed < WORTH[1] {
+            if before.saturating_sub(count(pending)) * 20 > pending.len() {
                 useful.push(*step);
             }
             found = LatticeOutcome { off: found.off + one.off, ..one };
         }
         *steps = useful;
         Ok(found)
-    }
-
-    /// Settles the pending pixels that the coarser lattice nearly settled by a finer one, if the finer one is
-    /// right around a few probes among them. The curvature of the finer lattice is not needed for that, which
-    /// saves computing its neighbours.
-    fn settle_near(&mut self, step: usize, probes: &Probes, pending: &mut [bool]) -> Result<(), RunError> {
-        let width = self.width;
-        let limit = NEAR * self.wanted.error;
-        let curvatures = self.curvatures(2 * step, pending);
-        let near: Vec<bool> = (0..pending.len())
-            .map(|at| pending[at] && curvatures.at([at % width, at / width]) <= limit)
-            .collect();
-        let open = probes.open(&near);
-        if open.len() < FEW || !self.is_right(probes, open, step)? {
-            return Ok(());
-        }
-        self.cells(step, &near)?;
-        pending.iter_mut().zip(near).for_each(|(pending, near)| *pending &= !near);
-        Ok(())
-    }
-
-    /// Whether a lattice is right around some probes.
-    fn is_right(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<bool, RunError> {
-        let tried = self.try_some(probes, open, step)?;
-        Ok(!tried.iter().any(|(_, own)| self.is_wrong(own)))
-    }
-
-    /// Tries a lattice around some probes. Returns the estimated and the actual errors.
-    fn try_some(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
-        self.try_at(probes, &trials(&open), step)
-    }
-
-    /// The same around all of them.
-    fn try_at(&mut self, probes: &Probes, slots: &[usize], step: usize) -> Result<Vec<Tried>, RunError> {
-        let needed = probes.stencils(self, slots, step);
-        self.compute_missing(needed)?;
-        self.judge(probes, slots, step, |work, cell| work.curvature(cell, step))
     }
 
     /// Settles pending pixels by one lattice. `off` pixels may already exceed the bound.
@@ -302,65 +223,30 @@ impl<'a> Work<'_, 'a> {
             // A few pixels teach little: the lattice is then as good as its estimates.
             trust.limit = most;
         }
-        self.settle(step, trust.limit, &curvatures, pending);
+        self.settle(trust.limit, &curvatures, pending);
         // The feature that a probe hit may be larger than its pixel.
         for (slot, (estimate, own)) in open.iter().zip(&tried) {
             if *estimate <= trust.limit && self.is_wrong(own) {
-                probes.reopen(*slot, self.width, REACH, pending);
+                probes.reopen(*slot, self.width, pending);
             }
         }
         let failed = trust.failed as f32 / probes.count().max(1) as f32;
-        let near = |(estimate, own): &&Tried| {
-            *estimate <= trust.limit && own.error > NEAR_FAILURE * self.wanted.error
-        };
-        let near = tried.iter().filter(near).count();
-        Ok(LatticeOutcome { off: trust.passed_over * share, failed, near })
+        Ok(LatticeOutcome { off: trust.passed_over * share, failed })
     }
 
-    /// Whether a finer lattice is right around enough of the pending probes.
+    /// Whether a finer lattice is right around enough of some pending probes.
     fn is_worth(&mut self, probes: &Probes, pending: &[bool], step: usize) -> Result<bool, RunError> {
-        let tried = self.try_some(probes, probes.open(pending), step)?;
+        let open = probes.open(pending);
+        let some: Vec<usize> = open.iter().copied().step_by(open.len().div_ceil(TRIALS).max(1)).collect();
+        let mut needed = probes.stencils(self, &some, step);
+        needed.retain(|pixel| !self.known[*pixel as usize]);
+        needed.sort_unstable();
+        needed.dedup();
+        self.compute(&needed)?;
+        let tried = self.judge(probes, &some, step, |work, pixel| work.curvature(pixel, step))?;
         let trust = trust(&tried, self.wanted.error, f32::MAX, 0.0);
-        let some = tried.len() as f32;
-        Ok(trust.good as f32 > WORTH[0] * some && trust.failed as f32 <= WORTH[1] * some)
-    }
-
-    /// The findings about a lattice, if it was computed as a whole.
-    fn kept(&mut self, step: usize) -> Option<&mut Kept> {
-        self.kept.get_mut(step.trailing_zeros() as usize)?.as_mut()
-    }
-
-    /// Keeps findings about this lattice and the coarser ones from now on: all their pixels were computed.
-    fn keep(&mut self, step: usize) {
-        for kept in self.kept.iter_mut().skip(step.trailing_zeros() as usize) {
-            kept.get_or_insert_default();
-        }
-    }
-
-    /// Computes those of some centres that are not known yet. They may be in any order.
-    fn compute_missing(&mut self, mut pixels: Vec<u32>) -> Result<(), RunError> {
-        pixels.retain(|pixel| !self.known[*pixel as usize]);
-        if pixels.len() > self.known.len() / MANY {
-            // Looking at all pixels is quicker than to sort some.
-            let mut needed = vec![false; self.known.len()];
-            pixels.iter().for_each(|pixel| needed[*pixel as usize] = true);
-            return self.compute(&set(&needed));
-        }
-        pixels.sort_unstable();
-        pixels.dedup();
-        self.compute(&pixels)
-    }
-
-    /// Computes the needed centres that are not known yet.
-    fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
-        let mut missing = Vec::new();
-        for ((needed, known), first) in needed.chunks(CHUNK).zip(self.known.chunks(CHUNK)).zip(0..) {
-            let mut flags = [false; CHUNK];
-            let pixels = flags.iter_mut().zip(needed.iter().zip(known));
-            pixels.for_each(|(flag, (needed, known))| *flag = *needed & !known);
-            add_set(&flags, first * CHUNK as u32, &mut missing);
-        }
-        self.compute(&missing)
+        // At least a quarter is right without the estimates that belong to a failure.
+        Ok(4 * trust.good > tried.len())
     }
 
     /// Computes the centres of some pixels, which are in order.
@@ -370,9 +256,9 @@ impl<'a> Work<'_, 'a> {
         }
         let found = self.shading.centres(&self.in_image(pixels), &mut self.said)?;
         for (values, found) in self.values.iter_mut().zip(found) {
-            scatter(pixels, &found, values);
+            put(pixels, &found, values);
         }
-        set_all(pixels, &mut self.known);
+        pixels.iter().for_each(|pixel| self.known[*pixel as usize] = true);
         self.evaluations += pixels.len() as u64;
         Ok(())
     }
@@ -417,31 +303,21 @@ struct LatticeOutcome {
     off: f32,
     /// Share of the probes at which the last lattice failed.
     failed: f32,
-    /// Probes that it settled although they nearly failed.
-    near: usize,
 }
 
 /// The number of probes in so many pixels: one in `each`, and at least `sure` if that is no more than one in
 /// `PROBE[3]`. A small image has all of its probes at once.
 fn probes_of(pixels: usize, each: usize, sure: usize) -> usize {
     if pixels < SMALL_IMAGE {
-        return (pixels / SMALL_PROBE).max(SURE_PROBES.min(pixels));
+        return (pixels / 4).max(SURE_PROBES.min(pixels));
     }
-    let (fewest, most) = PEEKS;
-    (pixels / each).max(sure.min(pixels / PROBE[3])).clamp(fewest, most).min(pixels)
+    (pixels / each).max(sure.min(pixels / PROBE[3])).min(SMALL_IMAGE)
 }
 
-/// Some of many probes, which are spread over them.
-fn trials(open: &[usize]) -> Vec<usize> {
-    open.iter().copied().step_by(open.len().div_ceil(TRIALS).max(1)).collect()
+/// How many pixels are pending.
+fn count(pending: &[bool]) -> usize {
+    pending.iter().filter(|pending| **pending).count()
 }
-
-/// If more than one in so many pixels are given in any order, the pixels are put in order by a flag for each
-/// pixel of the image.
-const MANY: usize = 256;
-
-/// The number of pixels from which on threads help each other.
-const PARALLEL: usize = 4096;
 
 /// Whether an estimate is above a limit or NaN.
 fn above(estimate: f32, limit: f32) -> bool {

@@ -4,19 +4,13 @@
 //! lattice is right at these positions too, not only at pixel centres. Some of the probes fail where the
 //! lattice is too coarse or where the shader varies within a pixel.
 
-use super::policy::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, SECOND_LOOKS};
+use super::policy::{CLOSE, COARSE, EVIDENCE, FEW, SECOND_LOOKS};
 use super::{Work, above};
 use crate::sample::oracle::some_pixels;
 use crate::sample::pattern::hash;
 use crate::sample::weights::weighted;
 use osl_exec::RunError;
 use rayon::prelude::*;
-
-/// Standard errors added to the mean of a second look. They assume independent samples; the actual error is
-/// smaller.
-const DOUBT: f32 = 0.5;
-/// Probes that a thread examines together.
-const TOGETHER: usize = 512;
 
 /// First samples of pixels.
 #[derive(Default)]
@@ -39,14 +33,6 @@ pub(super) struct ProbeError {
     /// How many pixels whose error is as large a probe stands for. A feature that covers a tenth of its pixel
     /// is seen by one probe in ten.
     pub(super) stands_for: f32,
-    /// Whether the probe had a second look.
-    sure: bool,
-}
-
-impl ProbeError {
-    fn of(error: f32) -> ProbeError {
-        ProbeError { error, stands_for: 1.0, sure: false }
-    }
 }
 
 /// An estimated error, and the error at a probe.
@@ -63,8 +49,9 @@ impl Probes {
         (0..self.pixels.len()).filter(|slot| pending[self.pixels[*slot] as usize]).collect()
     }
 
-    /// Makes the pixels around a probe pending again, up to `reach` along each axis.
-    pub(super) fn reopen(&self, slot: usize, width: usize, reach: usize, pending: &mut [bool]) {
+    /// Makes the pixels around a probe pending again.
+    pub(super) fn reopen(&self, slot: usize, width: usize, pending: &mut [bool]) {
+        let reach = COARSE;
         let pixel = self.pixels[slot] as usize;
         let (x, y) = (pixel % width, pixel / width);
         let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
@@ -127,39 +114,18 @@ impl Work<'_, '_> {
         Ok(slots.iter().map(estimate).zip(errors).collect())
     }
 
-    /// The errors of a lattice at some probes. Those of a lattice that was computed as a whole are kept.
-    pub(super) fn errors(
-        &mut self,
-        probes: &Probes,
-        slots: &[usize],
-        step: usize,
-    ) -> Result<Vec<ProbeError>, RunError> {
-        let mut kept = self.kept(step).map(|kept| std::mem::take(&mut kept.errors));
-        if let Some(kept) = &mut kept {
-            kept.resize(probes.count(), None);
-        }
-        let known = |slot: usize| kept.as_ref().and_then(|kept| kept[slot]);
-        let one =
-            |slot: &usize| known(*slot).unwrap_or_else(|| ProbeError::of(self.error(probes, *slot, step)));
-        let mut errors: Vec<ProbeError> = slots.par_iter().with_min_len(TOGETHER).map(one).collect();
-        if let Some(kept) = &mut kept {
-            slots.iter().zip(&errors).for_each(|(slot, error)| kept[*slot] = Some(*error));
-        }
-        let is_open = |at: &usize| self.is_wrong(&errors[*at]) && !errors[*at].sure;
-        let failed: Vec<usize> = (0..slots.len()).filter(is_open).collect();
+    /// The errors of a lattice at some probes.
+    fn errors(&mut self, probes: &Probes, slots: &[usize], step: usize) -> Result<Vec<ProbeError>, RunError> {
+        let one = |slot: &usize| ProbeError { error: self.error(probes, *slot, step), stands_for: 1.0 };
+        let mut errors: Vec<ProbeError> = slots.par_iter().with_min_len(512).map(one).collect();
+        let failed: Vec<usize> = (0..slots.len()).filter(|at| self.is_wrong(&errors[*at])).collect();
         let mut kinds = SECOND_LOOKS.iter().take(if step == 1 { 2 } else { 1 });
         let kind = kinds.find(|(one_in, _)| failed.len() * one_in <= slots.len());
         if let Some((_, samples)) = kind.filter(|_| !failed.is_empty()) {
             let again: Vec<u32> = failed.iter().map(|at| probes.pixels[slots[*at]]).collect();
             for (at, found) in failed.iter().zip(self.look_again(&again, *samples, step)?) {
                 errors[*at] = found;
-                if let Some(kept) = &mut kept {
-                    kept[slots[*at]] = Some(found);
-                }
             }
-        }
-        if let (Some(own), Some(kept)) = (self.kept(step), kept) {
-            own.errors = kept;
         }
         Ok(errors)
     }
@@ -178,18 +144,6 @@ impl Work<'_, '_> {
         };
         let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
         planes.map(off).fold(0.0, f32::max) + self.blurred(pixel, step)
-    }
-
-    /// How many of some probes have another value than the centre of their pixel, by more than the bound.
-    pub(super) fn uneven(&self, probes: &Probes, slots: &[usize]) -> usize {
-        let is_uneven = |slot: &&usize| {
-            let pixel = probes.pixels[**slot] as usize;
-            let planes = self.values.iter().zip(&probes.values).zip(self.weights.iter());
-            let mut off = planes
-                .map(|((values, seen), weight)| weighted(distance(values[pixel], seen[**slot]), weight));
-            off.any(|off| above(off, CLOSE * self.wanted.error))
-        };
-        slots.iter().filter(is_uneven).count()
     }
 
     /// How far the mean over a pixel is from its centre, from the curvature of the lattice: half the filter's
@@ -221,7 +175,7 @@ impl Work<'_, '_> {
         let seen = self.shading.samples(&all, 0..samples, &mut self.said)?;
         self.evaluations += u64::from(samples) * pixels.len() as u64;
         let n = samples as f32;
-        let mut found = vec![ProbeError { error: 0.0, stands_for: n, sure: true }; pixels.len()];
+        let mut found = vec![ProbeError { error: 0.0, stands_for: n }; pixels.len()];
         let mut spots = Vec::with_capacity(samples as usize);
         for (number, (found, pixel)) in found.iter_mut().zip(pixels).enumerate() {
             spots.clear();
@@ -235,10 +189,12 @@ impl Work<'_, '_> {
                     let is_above = above(weighted(off.abs(), weight), CLOSE * self.wanted.error);
                     failed += f32::from(u8::from(is_above));
                 }
+                // Half a standard error is added, which assumes independent samples: the actual error is
+                // smaller.
                 let mean = sum / n;
                 let spread = ((squares / n - mean * mean).max(0.0) / n).sqrt();
                 let off = (mean + self.blur(values, *pixel as usize, step)).abs();
-                let error = if mean.is_nan() { f32::INFINITY } else { off + DOUBT * spread };
+                let error = if mean.is_nan() { f32::INFINITY } else { off + 0.5 * spread };
                 found.error = found.error.max(weighted(error, weight));
                 found.stands_for = found.stands_for.min(n / failed.max(1.0));
             }
@@ -256,10 +212,6 @@ pub(super) fn distance(value: f32, truth: f32) -> f32 {
         (true, false) => distance.max(0.0),
     }
 }
-
-/// Share of the probes that a lattice must settle, and the share of those that may be wrong.
-const SOME: f32 = 0.15;
-const PASSED_OVER: f32 = 0.002;
 
 /// The limit at which nothing is trusted.
 pub(super) const NEVER: f32 = -1.0;
@@ -285,7 +237,7 @@ pub(super) fn trust(tried: &[Tried], bound: f32, most: f32, spare: f32) -> Trust
         tried.iter().filter(is_failed).map(|(estimate, own)| (*estimate, own.stands_for)).collect();
     failed.sort_by(|a, b| a.0.total_cmp(&b.0));
     let trust = |spare: usize| {
-        let safe = BELOW_FAILED * failed.get(spare).map_or(f32::INFINITY, |(estimate, _)| *estimate);
+        let safe = CLOSE * failed.get(spare).map_or(f32::INFINITY, |(estimate, _)| *estimate);
         let beyond = tried.iter().map(|(e, _)| *e).filter(|e| e.is_finite() && *e >= most && *e <= safe);
         let (count, furthest) = beyond.fold((0, most), |(n, far), e| (n + 1, far.max(e)));
         let limit = if count >= EVIDENCE { furthest } else { safe.min(most) };
@@ -294,9 +246,8 @@ pub(super) fn trust(tried: &[Tried], bound: f32, most: f32, spare: f32) -> Trust
         Trust { limit, good, passed_over, failed: failed.len() }
     };
     let enough = |trust: &Trust| {
-        let few = trust.good < FEW.max((SOME * tried.len() as f32) as usize);
-        let share = trust.passed_over <= PASSED_OVER * trust.good as f32;
-        !few && trust.limit > 0.0 && share && trust.passed_over <= spare
+        let few = trust.good < FEW.max(tried.len() * 3 / 20);
+        !few && trust.limit > 0.0 && trust.passed_over <= spare.min(0.002 * trust.good as f32)
     };
     let most = (spare as usize).min(failed.len());
     let found = (0..=most).rev().map(trust).find(enough);
@@ -309,7 +260,7 @@ mod tests {
 
     #[test]
     fn trust_ends_below_the_best_peek_that_failed() {
-        let good = ProbeError::of(0.1);
+        let good = ProbeError { error: 0.1, stands_for: 1.0 };
         let all = |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, good)).collect::<Vec<Tried>>();
         let never = |failed| Trust { limit: NEVER, good: 0, passed_over: 0.0, failed };
         let mut tried = all(0.1);
@@ -326,7 +277,7 @@ mod tests {
         assert!(found.limit < 0.25 && found.passed_over == 0.0, "three of its kind are too many: {found:?}");
         let found = trust(&all(0.1), 1.0, 0.25, 0.0);
         assert_eq!((found.limit, found.good), (0.25, 16), "never beyond what is trusted anyway");
-        tried[0] = (0.0, ProbeError::of(5.0));
+        tried[0] = (0.0, ProbeError { error: 5.0, stands_for: 1.0 });
         assert_eq!(trust(&tried, 1.0, 1.0, 0.0), never(2), "an estimate of 0 that fails is worth nothing");
         let mut lucky = all(0.1);
         lucky.iter_mut().skip(10).for_each(|one| one.1.error = 2.0);

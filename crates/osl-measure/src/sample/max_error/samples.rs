@@ -1,16 +1,14 @@
 //! Pixels that need samples: the pilot first, then the others, each with as many as the pilot shows to be
-//! enough. How a pilot learns is the business of `pilot` and `learn`.
+//! enough.
 
 use super::curvature::Curvatures;
-use super::learn::Steps;
+use super::limits::StoppingRule;
 use super::pilot::estimate;
 use super::policy::*;
 use super::probe::{NEVER, Probes};
-use super::{Work, above, set};
+use super::{Work, above};
 use crate::sample::adapt::{Refiner, Sampled};
 use crate::sample::image::{PIECES, Shading};
-use crate::sample::operations::nanoseconds;
-use crate::sample::weights::weighted;
 use osl_exec::RunError;
 use pxfm::f_powf;
 
@@ -23,20 +21,7 @@ impl<'a> Work<'_, 'a> {
 
     /// The pixels whose flag is set, with their numbers in the image.
     fn flagged(&self, flags: &[bool]) -> Vec<u32> {
-        let mut pixels = set(flags);
-        pixels.iter_mut().for_each(|pixel| *pixel += self.first);
-        pixels
-    }
-
-    /// Finds out what an evaluation takes compared with an estimate, by counting operations at some of the
-    /// pixels.
-    fn measure_costs(&mut self, pixels: &[u32]) -> Result<(), RunError> {
-        let some: Vec<u32> = pixels.iter().copied().step_by(pixels.len().div_ceil(COUNTED).max(1)).collect();
-        self.evaluations += some.len() as u64;
-        let [each, of_plane] = ESTIMATING;
-        let planes = self.weights.iter().count() as f64;
-        self.estimating = (each + of_plane * planes) / nanoseconds(&self.sampled, &some)?;
-        Ok(())
+        (self.first..).zip(flags).filter(|(_, flag)| **flag).map(|(pixel, _)| pixel).collect()
     }
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
@@ -46,10 +31,7 @@ impl<'a> Work<'_, 'a> {
             return Ok(());
         }
         let allowed = (ALLOWED * pending.len() as f32 - off).max(0.0) / pixels.len() as f32;
-        self.measure_costs(&pixels)?;
         let curvatures = self.curvatures(COARSE, pending);
-        // The values of the lattices are about to change.
-        self.kept = Default::default();
         let allowed = allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW);
         let (pilot, steps) = self.pilot((&curvatures, probes), &pixels, allowed)?;
         self.sampled.pattern = pilot.pattern().clone();
@@ -58,15 +40,12 @@ impl<'a> Work<'_, 'a> {
         pixels = self.flagged(&others);
         if steps.short {
             let ahead = pilot.pixels().len();
-            let share = f64::from(steps.failed) / ahead.max(1) as f64;
+            let share = steps.failed as f64 / ahead.max(1) as f64;
             self.above = share * (ahead + pixels.len()) as f64 + f64::from(off);
             self.unfinished += self.unsure(&pilot);
         }
         self.take(pilot.done());
-        if let ([(samples, _)], false) = (&steps.limits[..], steps.short) {
-            return self.plain(pixels, *samples, steps.power);
-        }
-        for pixels in pixels.chunks(TOGETHER * PIECES) {
+        for pixels in pixels.chunks(SURE_PROBES * PIECES) {
             let piece = |sampled: &Shading<'_>, pixels: &[u32]| {
                 let guards = self.guards(&curvatures, pixels);
                 let mut some = Refiner::new(sampled, pixels.to_vec()).with(&self.weights);
@@ -74,7 +53,7 @@ impl<'a> Work<'_, 'a> {
                 Ok((some.done(), unfinished))
             };
             let mut found = Vec::new();
-            self.sampled.side_by_side((pixels, TOGETHER), piece, |_, one| found.push(one))?;
+            self.sampled.side_by_side((pixels, SURE_PROBES), piece, |_, one| found.push(one))?;
             for (some, unfinished) in found {
                 self.unfinished += unfinished;
                 self.take(some);
@@ -97,37 +76,14 @@ impl<'a> Work<'_, 'a> {
         self.said.add(said, &self.shading.options.limits.running);
     }
 
-    /// Takes the same number of samples in all pixels, and more in those that the later half of them moved
-    /// too far.
-    fn plain(&mut self, pixels: Vec<u32>, samples: u32, power: f32) -> Result<(), RunError> {
-        self.sampled.pattern = self.sampled.pattern.clone().with(samples);
-        let [means, moves] = self.sampled.halves(&pixels, samples, &mut self.said)?;
-        self.evaluations += u64::from(samples) * pixels.len() as u64;
-        let limit = last_limit(self.wanted.error, power);
-        self.samples.resize(self.known.len(), 0);
-        let mut again = Vec::new();
-        for (at, pixel) in pixels.iter().enumerate() {
-            let planes = moves.iter().zip(self.weights.iter());
-            if planes.map(|(moves, weight)| weighted(moves[at], weight)).fold(0.0, f32::max) > limit {
-                again.push(*pixel);
-            }
-            let place = (pixel - self.first) as usize;
-            self.values.iter_mut().zip(&means).for_each(|(plane, means)| plane[place] = means[at]);
-            self.samples[place] = samples;
-        }
-        let mut again = Refiner::new(&self.sampled, again).with(&self.weights);
-        if !again.active.is_empty() && 2 * samples <= self.wanted.most {
-            again.round(samples, false)?;
-            again.round(2 * samples, false)?;
-            self.last_look(&mut again, power)?;
-            self.take(again.done());
-        }
-        Ok(())
-    }
-
     /// Samples pixels with the limits that the pilot found. Returns how many need more samples than they may
     /// have.
-    fn follow(&self, refiner: &mut Refiner<'_>, guards: &[f32], steps: &Steps) -> Result<u64, RunError> {
+    fn follow(
+        &self,
+        refiner: &mut Refiner<'_>,
+        guards: &[f32],
+        steps: &StoppingRule,
+    ) -> Result<u64, RunError> {
         let mut unfinished = 0;
         let first = steps.limits.first().map_or(0, |(samples, _)| *samples);
         for (samples, limit) in &steps.limits {
@@ -159,9 +115,10 @@ impl<'a> Work<'_, 'a> {
         Ok(unfinished)
     }
 
-    /// The number of pixels whose samples do not show that they are good enough.
+    /// The number of pixels whose samples do not show that they are good enough: two standard errors exceed
+    /// the bound.
     fn unsure(&self, refiner: &Refiner<'_>) -> u64 {
-        let is_unsure = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
+        let is_unsure = |slot: &&usize| above(2.0 * refiner.error(**slot), self.wanted.error);
         refiner.active.iter().filter(is_unsure).count() as u64
     }
 

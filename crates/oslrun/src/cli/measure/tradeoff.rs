@@ -160,8 +160,8 @@ impl Programs {
         let form = |arithmetic: Arithmetic, prefilter: Option<Prefilter>| {
             stages::finish(body.clone(), &passes::Options { arithmetic, prefilter, ..usual.clone() })
         };
-        let is_filtered = !passes::prefilter_places(body.clone(), &usual).is_empty();
-        let filter = |samples: u32| Prefilter { scale: 1.0 / (samples as f32).sqrt(), left: Vec::new() };
+        let is_filtered = passes::n_filtered(body.clone(), &usual) > 0;
+        let filter = |samples: u32| Prefilter { scale: 1.0 / (samples as f32).sqrt() };
         let forms = FILTERED.map(|samples| (samples, form(Arithmetic::Strict, Some(filter(samples)))));
         let widened = if is_filtered { forms.into() } else { Vec::new() };
         let strict = form(Arithmetic::Strict, None);
@@ -173,7 +173,7 @@ impl Programs {
     fn idle(&self) -> Vec<String> {
         let fast = self.fast.is_none().then(|| SAME_IN_FAST.to_string());
         let filtered = self.widened.is_empty().then(|| {
-            "`--prefilter` changes nothing here: the shader has no step, comparison or noise that it filters"
+            "`--prefilter` changes nothing here: it can filter no step or noise of this shader"
                 .to_string()
         });
         fast.into_iter().chain(filtered).collect()
@@ -195,7 +195,6 @@ impl Bench<'_> {
             surface: self.surface,
             options: &self.options,
             cheaper: None,
-            guard: None,
             pattern: tradeoff::pattern(),
             filter: Filter::default(),
         }

@@ -34,8 +34,10 @@ pub(in crate::cli) struct SampleArgs {
     /// from 0 to 1.
     #[arg(long, value_name = "ERROR", value_parser = bounds, allow_hyphen_values = true, help_heading = heading::SAMPLES)]
     max_error: Option<Bounds>,
-    /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed.
-    /// `oslrun tradeoff` says whether this helps a shader.
+    /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples may be needed.
+    /// Straight edges get their mean. Folds, edges that are close to each other and some noises can become
+    /// worse, and derivatives of noise take time: `oslrun tradeoff` shows what it is worth for a shader.
+    /// With --stats, a sentence says how many operations are filtered.
     #[arg(long, conflicts_with_all = ["adaptive", "max_error"], help_heading = heading::SAMPLES)]
     prefilter: bool,
 }
