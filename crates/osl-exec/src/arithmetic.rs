@@ -1,6 +1,6 @@
 //! The arithmetics of a machine: the loops and fields that each of them runs.
 //!
-//! A machine is generic code for all of them. This module must not know programs, machines or machine code.
+//! A machine is generic code for all of them.
 
 use crate::fields::{self, FieldCall};
 use crate::lanes::{LaneInput, LaneRun, Ready, ReadyArg, ReadyLane};

@@ -1,7 +1,7 @@
 //! The closures of points after a run, in columns: the kinds, weights and parameters of their components.
 //!
 //! A component has a row in each column, and its parameters are words of the column of parameters, in the
-//! order of its kind. This module must not know how a shader makes closures, see `machine::closure`.
+//! order of its kind.
 
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};

@@ -4,8 +4,7 @@
 //! children (`/`), descendants (`//`), `.`, `..` and the axes with names (`descendant::`), names and `*`,
 //! predicates `[2]`, `[last()]`, `[position()<3]`, `[@a]`, `[@a='x']`, `[@a>=2]`, `[a]`, `[a!='x']`,
 //! `[.='x']`, and unions `a|b`. Numbers of nodes are hashes of document, path and position, so that they do
-//! not depend on which point searched first; and a point knows only the nodes that it found itself. This
-//! module must not know lanes or files.
+//! not depend on which point searched first; and a point knows only the nodes that it found itself.
 
 mod path;
 mod tree;

@@ -1,4 +1,4 @@
-//! Why a run ends without results. This module must not know how programs run.
+//! Why a run ends without results.
 
 use osl_ir::Span;
 use osl_ir::global::Global;

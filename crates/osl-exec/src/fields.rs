@@ -1,7 +1,6 @@
 //! Noise fields over lanes of floats, in single and double precision.
 //!
-//! This module must not know machines or words. Gabor noise is computed in single precision in every
-//! arithmetic.
+//! Gabor noise is computed in single precision in every arithmetic.
 
 use bytemuck::Pod;
 use osl_noise::gabor::{self, Options};

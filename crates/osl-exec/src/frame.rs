@@ -1,6 +1,4 @@
 //! The result of a run: planes, closures, messages.
-//!
-//! This module must not know how the points are run, see [`Run`](crate::Run).
 
 mod spare;
 mod words;

@@ -1,7 +1,7 @@
 //! The messages of a run: errors and warnings, and printed text, each with the points that caused it.
 //!
 //! A run keeps each message once, with the number of its points and the first of them; or, if requested,
-//! every occurrence, in the order of the points. This module must not know how messages are displayed.
+//! every occurrence, in the order of the points.
 
 use crate::order::Blocks;
 use osl_ir::Span;

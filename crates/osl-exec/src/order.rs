@@ -2,8 +2,7 @@
 //!
 //! Rows of blocks of 32 × 32 follow each other; a row is ordered by blocks, a block by its rows. So a batch
 //! covers a few blocks, or some rows of one, and mostly sees few cells of a pattern. Blocks at the right and
-//! lower border are narrower or lower. `area` divides them into tiles. This module must not know what points
-//! are.
+//! lower border are narrower or lower. `area` divides them into tiles.
 
 mod area;
 

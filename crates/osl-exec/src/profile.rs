@@ -1,7 +1,6 @@
 //! Where the time of a run goes: counts for each step, attributed to instructions and source lines.
 //!
-//! A machine without a profile only checks once per block whether there is one, and measures nothing. This
-//! module must not know machines.
+//! A machine without a profile only checks once per block whether there is one, and measures nothing.
 
 use crate::program::Program;
 use osl_ir::Span;

@@ -3,8 +3,7 @@
 //! The points are divided into tiles. Each worker has a machine and takes tiles in order, and each tile
 //! writes its own part of each plane. Results do not depend on tile size, batch width, thread count or
 //! instruction set. The same holds for errors: the error is that of the first point that exceeds its limits,
-//! or with which all points so far exceed those of the run. This module must not know how tiles are run, see
-//! `tile`.
+//! or with which all points so far exceed those of the run.
 
 mod tile;
 

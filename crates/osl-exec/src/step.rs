@@ -1,5 +1,4 @@
-//! The parts of a program: locations of values, steps, and outputs. This module must not know who makes or
-//! executes them.
+//! The parts of a program: locations of values, steps, and outputs.
 
 use crate::arithmetic::ArithmeticImpl;
 use osl_ir::Span;

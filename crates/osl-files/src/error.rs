@@ -1,7 +1,7 @@
 //! Why a file was not read or written, as values.
 //!
 //! The text of an error is one line without the file's name: the caller knows the name, and some callers must
-//! not show it. This module must not know the contents of files.
+//! not show it.
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 //!
 //! Files are compared by what they are, not by their names: links of both kinds lead to the same file. The
 //! list begins with [`protect_inputs`], because a program that makes pictures one after the other may write a
-//! file that it has read for an earlier one. This module must not know why a file is read or written.
+//! file that it has read for an earlier one.
 
 use crate::error::FileError;
 use std::collections::BTreeSet;

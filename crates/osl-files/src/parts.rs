@@ -3,7 +3,7 @@
 //!
 //! A part file is in the folder of its target, and its writer holds a lock on it. The system releases the
 //! lock when the process ends, however it ends. So a part file with a free lock belongs to nobody, and the
-//! next process that writes into the folder removes it. This module must not know what the files contain.
+//! next process that writes into the folder removes it.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};

@@ -2,7 +2,7 @@
 //!
 //! A shader, group, scene or header may come from anywhere. A file named in it is opened only if it is below
 //! a root after all links are resolved. Names are judged by their text first, so that no answer reveals what
-//! is outside. This module must not know what a file is for.
+//! is outside.
 
 use crate::error::{FileError, OPEN};
 use crate::open::{self, For};

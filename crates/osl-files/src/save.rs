@@ -1,7 +1,7 @@
 //! Writes whole files: an output is written next to its target and renamed when it is complete.
 //!
 //! So a reader sees either the old bytes or the new ones, and a failed or killed run leaves the old file
-//! unchanged. This module must not know formats.
+//! unchanged.
 
 use crate::error::{FileError, Kind, SaveError};
 use crate::parts::{self, PartFile};

@@ -1,7 +1,7 @@
 //! The resolved tree: every name is bound, every overload is chosen, and every conversion is explicit.
 //!
 //! Resolution makes it from the syntax tree, and lowering turns it into IR. Functions are not inlined yet,
-//! and variables are still variables. This module must not know lanes, rates or SSA.
+//! and variables are still variables.
 
 use crate::builtins::Builtin;
 pub use osl_ir::global::{GLOBALS, Global};

@@ -2,7 +2,7 @@
 //! fields.
 //!
 //! Lowering and the writer of compiled shaders walk places alike; what a leaf is (a slot, a symbol) is
-//! theirs. This module must not know how a leaf is read or written.
+//! theirs.
 
 use osl_ir::types::{Base, Extent, StructTable, Type};
 use std::rc::Rc;

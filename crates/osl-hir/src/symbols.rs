@@ -1,7 +1,7 @@
 //! The symbols of a source and the types of its expressions, for editors.
 //!
 //! It holds what resolution learned, also about sources with errors: whatever could be bound is there, and
-//! the rest is missing. This module must not know how names are bound; `resolve` tells a recorder.
+//! the rest is missing.
 
 use crate::builtins::Signature;
 use crate::hir::{VarId, VarKind};

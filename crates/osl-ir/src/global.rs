@@ -1,5 +1,4 @@
-//! The globals of shaders: properties of the shading point that a shader can read. This module must not know
-//! who reads them.
+//! The globals of shaders: properties of the shading point that a shader can read.
 
 use crate::types::Type;
 

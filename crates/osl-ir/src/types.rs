@@ -1,7 +1,7 @@
 //! The types of the language and the relations between them: *equivalent* and *assignable*.
 //!
 //! A [`Type`] is an element type with an array length. Structs are declared in a [`StructTable`] and
-//! referenced by id. This module must not know scopes, overloads or how values are stored.
+//! referenced by id.
 
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};

@@ -1,7 +1,5 @@
 //! Exact remainders of floats as a loop of vectors, with the library call only for blocks of lanes that need
 //! it.
-//!
-//! This module must not know the arithmetic, see [`osl_numeric::remainder`].
 
 use super::CallPart;
 use crate::word::Word;

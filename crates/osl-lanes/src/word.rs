@@ -1,7 +1,6 @@
 //! The word of a lane, and how floats are stored in it.
 //!
-//! Ints and the numbers of strings and closures are the low 32 bits of a word in each arithmetic. This module
-//! must not know operations.
+//! Ints and the numbers of strings and closures are the low 32 bits of a word in each arithmetic.
 
 use bytemuck::Pod;
 use osl_numeric::Scalar;

@@ -2,7 +2,7 @@
 //! that is written inside, at the end of each.
 //!
 //! Deep nesting multiplies them: two hundred nested branches around a hundred thousand assignments make
-//! twenty million. This module must not know what instructions compute.
+//! twenty million.
 
 use osl_ir::ir::{BlockId, Body, Op, SlotId};
 use rustc_hash::FxHashSet;

@@ -1,5 +1,4 @@
-//! How layers are connected: which are needed, and the connections between them. This module must not know
-//! instructions.
+//! How layers are connected: which are needed, and the connections between them.
 
 use super::{Last, Requests, View};
 use crate::group::{Connection, End, Rules};

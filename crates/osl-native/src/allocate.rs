@@ -2,8 +2,7 @@
 //!
 //! The value needed next keeps its register. If there are too few registers, the value that is needed last
 //! gives up its register (Belady 1966) and moves to memory, unless it is there already. `region` does the
-//! same for loops and jumps. This module must not know where arrays are or who provides them, or the machine
-//! for which an [`Encoder`] writes code.
+//! same for loops and jumps.
 
 mod region;
 mod schedule;

@@ -1,7 +1,7 @@
 //! Code for x86-64 with AVX2 and FMA: vectors of 8 lanes in 16 registers, with masks among them.
 //!
 //! A mask has all bits of a lane set, or none. `encode` has the bytes of instructions, and `rare` the
-//! operations with a seldom taken path. This module must not know values or their uses.
+//! operations with a seldom taken path.
 
 mod encode;
 mod rare;

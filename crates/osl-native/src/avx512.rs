@@ -1,7 +1,6 @@
 //! Code for x86-64 with AVX-512: vectors of 16 lanes in 32 registers, and masks in registers of their own.
 //!
-//! `encode` has the bytes of instructions, and `rare` the operations with a seldom taken path. This module
-//! must not know values or their uses.
+//! `encode` has the bytes of instructions, and `rare` the operations with a seldom taken path.
 
 mod encode;
 mod rare;

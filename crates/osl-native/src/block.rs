@@ -2,7 +2,7 @@
 //!
 //! A value has lanes of 32 bits, floats or ints, as many as the machine's vectors; a mask value has a bit for
 //! each of them. Equal operations on equal values are merged. The sequence may contain loops and parts that
-//! are skipped: `region` records these. This module must not know lanes, registers or instructions.
+//! are skipped: `region` records these.
 
 use crate::inst::{
     Array, Binary, Carry, Compare, Inst, IntCompare, Kind, MaskValue, Op, Region, TABLE, Unary, Value,

@@ -2,7 +2,6 @@
 //!
 //! Where masks are vectors, a set lane has all bits, which is the int -1. So a choice between `x + 1` and `x`
 //! is `x` minus the mask, and one between `x - 1` and `x` is their sum. Loops count like this in each round.
-//! This module must not know registers or instructions.
 
 use crate::block::Block;
 use crate::inst::{Binary, Inst, Op};

@@ -3,8 +3,7 @@
 //! An [`Encoder`] writes instructions for registers and memory that the allocator has chosen. It says how
 //! many lanes and registers there are, where masks live, and which operands an instruction can read from
 //! memory. A further machine is a further encoder: the block, the allocator, constants and tables do not
-//! depend on the number of lanes. An encoder without jumps has no code for blocks with regions. This module
-//! must not know values or their uses.
+//! depend on the number of lanes. An encoder without jumps has no code for blocks with regions.
 
 use crate::inst::Op;
 

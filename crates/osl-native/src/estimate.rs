@@ -3,7 +3,7 @@
 //! A simple model of a processor: it takes up some instructions in each cycle, in order, as long as the
 //! oldest unfinished one is not too far behind; each starts once its operands are known, and roots and
 //! quotients share a unit. So instructions of several vectors overlap, unless a vector has more of them than
-//! the processor looks ahead. This module must not know registers or addresses.
+//! the processor looks ahead.
 
 use crate::block::Block;
 use crate::inst::{Binary, Op, Unary};

@@ -1,7 +1,7 @@
 //! Moves what does not change from round to round out of loops.
 //!
 //! An operation without effect whose operands all come from outside of a loop is computed once before it. The
-//! values keep their bits. This module must not know registers or instructions.
+//! values keep their bits.
 
 use crate::block::Block;
 use crate::inst::{Inst, Kind, Op};

@@ -1,5 +1,5 @@
 //! The vocabulary of blocks: values, masks, arrays, the operations on them, and regions, without the rules by
-//! which a block merges and rewrites them. This module must not know lanes, registers or instructions.
+//! which a block merges and rewrites them.
 
 /// Number of words in a table. Indices are below it.
 pub const TABLE: usize = 16;

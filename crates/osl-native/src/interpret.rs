@@ -2,7 +2,7 @@
 //! lane takes its own way through the regions.
 //!
 //! It is slow, runs everywhere, and is meant for tests of blocks on machines without a
-//! [`Target`](crate::Target). This module must not know registers or instructions.
+//! [`Target`](crate::Target).
 
 use crate::block::Block;
 use crate::code::Words;

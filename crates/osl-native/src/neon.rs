@@ -3,7 +3,7 @@
 //! A mask has all bits of a lane set, or none. Instructions have no operands in memory: an operand there is
 //! loaded first, into one of the four registers that the allocator does not see. `encode` has the words of
 //! instructions, `place` the registers for addresses, operands in memory and the loop, and `steps` the
-//! operations of several instructions. This module must not know values or their uses.
+//! operations of several instructions.
 
 mod encode;
 mod place;

@@ -4,7 +4,7 @@
 //! only if they are near enough, and never before a loop within the block has ended. In a pair, each
 //! operation of the second vector follows the same operation of the first, so that two chains overlap. A loop
 //! within goes on while a lane of either vector does, and a part is skipped if no lane of either needs it, as
-//! if vectors were twice as wide. This module must not know registers or instructions.
+//! if vectors were twice as wide.
 
 use crate::block::Block;
 use crate::inst::{Carry, Inst, Kind, Op};

@@ -2,8 +2,7 @@
 //!
 //! A region carries values: those with which it begins, those of each round, and those that it leaves. A lane
 //! that has left a loop stays in its vector until all others have left, and keeps its values. Values of a
-//! region are not known after it, except those that it carries and those that are in memory anyway. This
-//! module must not know registers or instructions.
+//! region are not known after it, except those that it carries and those that are in memory anyway.
 
 use crate::block::{Block, Open};
 use crate::inst::{Array, Carry, Inst, Kind, MaskValue, Op, Region, Value};

@@ -1,7 +1,6 @@
 //! The kinds of machines for which blocks become code.
 //!
-//! A further kind is a variant here and an encoder; nothing else depends on it. This module must not know
-//! blocks' operations.
+//! A further kind is a variant here and an encoder; nothing else depends on it.
 
 use crate::allocate::{Assembled, assemble, carries};
 use crate::avx2::{self, Avx2};

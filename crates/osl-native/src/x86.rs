@@ -1,7 +1,7 @@
 //! The base of code for x86-64: its arguments, jumps, the loop, operands in memory, and constants behind the
 //! code.
 //!
-//! Encodings follow the Intel 64 manual, volume 2. This module must not know vector instructions.
+//! Encodings follow the Intel 64 manual, volume 2.
 
 use crate::encoder::{Base, MemoryOperand};
 use crate::inst::Compare;

@@ -2,7 +2,7 @@
 //!
 //! The slices are separate parameters so that the compiler knows that they do not alias. The loops use an
 //! index, because an iterator over the output leaves bounds checks of the inputs in the loop, which then runs
-//! its last 64 lanes one by one. This module must not know what is computed.
+//! its last 64 lanes one by one.
 
 /// Sets each lane.
 #[inline(always)]

@@ -2,7 +2,7 @@
 //!
 //! A page from elsewhere in the same browser can send requests to the loopback interface. It does not know
 //! the secret, its `Origin` is another one, and after a name of its own was made to point here, the `Host` is
-//! another one too. This module must not know sockets.
+//! another one too.
 
 use std::fmt::Write;
 

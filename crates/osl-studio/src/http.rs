@@ -1,7 +1,7 @@
 //! The few parts of HTTP that a page needs: the head of a request, a file as the answer, and the switch to a
 //! WebSocket.
 //!
-//! Each connection carries one request. This module must not know what is asked.
+//! Each connection carries one request.
 
 use base64::Engine;
 use sha1::{Digest, Sha1};

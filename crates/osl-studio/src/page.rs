@@ -1,4 +1,4 @@
-//! The files of the page, which are part of the program. This module must not know how they are sent.
+//! The files of the page, which are part of the program.
 
 /// A file of the page.
 pub(crate) struct File {

@@ -1,7 +1,7 @@
 //! The messages between server and page. docs/studio.md describes them for other programs.
 //!
 //! The page sends JSON. The server sends JSON too, except for pictures: the length of a JSON header in four
-//! bytes, the lowest first, the header, and the samples. This module must not know what a message causes.
+//! bytes, the lowest first, the header, and the samples.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};

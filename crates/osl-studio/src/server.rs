@@ -1,8 +1,7 @@
 //! The server: accepts connections on the loopback interface, turns away those that may not be here, and
 //! answers with a file of the page or with a session.
 //!
-//! The number of connections is bounded, and so are the size of a message and the time for a request. This
-//! module must not know what a session says.
+//! The number of connections is bounded, and so are the size of a message and the time for a request.
 
 use crate::guard::{self, Token};
 use crate::http::{self, Answer, Head};

@@ -2,7 +2,7 @@
 //!
 //! Expressions and statements are in arenas of the [`Ast`], addressed by typed `u32` ids; each has the
 //! [`Span`] of its source text. The tree is a value: later stages put their results into tables keyed by id,
-//! never into the tree. This module must not know types, overloads or built-ins.
+//! never into the tree.
 
 use crate::gaps::Gaps;
 use crate::span::Span;

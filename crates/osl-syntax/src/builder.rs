@@ -2,7 +2,7 @@
 //! accept beyond the language.
 //!
 //! The rules accept any expression as an assignment target and any list as an initialiser, so that the
-//! message can state the mistake instead of an unexpected token. This module must not know types or names.
+//! message can state the mistake instead of an unexpected token.
 
 mod chains;
 mod declare;

@@ -1,7 +1,6 @@
 //! The bytes of a source as text: UTF-8, single bytes of Latin-1 among it, or UTF-16 with a byte order mark.
 //!
-//! Compilers pass the bytes of comments and strings through, so published files have any encoding. This
-//! module must not know what a text means.
+//! Compilers pass the bytes of comments and strings through, so published files have any encoding.
 
 /// The text of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -2,8 +2,7 @@
 //! written out.
 //!
 //! A shader, a file name or a command-line argument may contain escape sequences. Every message goes through
-//! [`shown`]; further escaping for HTML belongs to the pages. This module must not know who reads the
-//! message.
+//! [`shown`]; further escaping for HTML belongs to the pages.
 
 use std::borrow::Cow;
 use std::fmt::Write;

@@ -2,7 +2,7 @@
 //! before parsing.
 //!
 //! Later stages must not report what only follows from a gap: a name that it may have declared, an argument
-//! that it may have held. This module must not know scopes or types.
+//! that it may have held.
 
 use crate::span::Span;
 use crate::token::Token;

@@ -1,8 +1,7 @@
 //! Preprocessing tokens: the units of the text before macros and keywords have a meaning.
 //!
 //! [`Raw`] is the alphabet (a logos automaton), [`Interner`] holds the spelling of names and literals, and a
-//! [`PpToken`] is one occurrence with its location. This module must not know directives, keywords or the
-//! values of literals.
+//! [`PpToken`] is one occurrence with its location.
 
 use crate::span::Span;
 use logos::Logos;

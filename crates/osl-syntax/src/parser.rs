@@ -1,7 +1,5 @@
 //! From tokens to the tree: runs the generated parser, explains errors, cuts out the smallest construct
 //! around an error and continues after it.
-//!
-//! This module must not know text or macros; a position is the index of a token until a message is written.
 
 mod expected;
 mod foreign;

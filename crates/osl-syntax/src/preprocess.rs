@@ -2,8 +2,7 @@
 //! in the source text.
 //!
 //! Macro expansion follows ISO C, section 6.10.3: arguments are expanded first, the result is scanned again,
-//! and a name found during its own expansion is painted, so that it never expands. This module must not know
-//! keywords or grammar.
+//! and a name found during its own expansion is painted, so that it never expands.
 
 mod condition;
 mod directive;

@@ -1,6 +1,4 @@
 //! The lines on which a file suppresses warnings.
-//!
-//! This module must not know which warnings there are.
 
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;

@@ -1,8 +1,5 @@
 //! Tokens of the grammar, and their conversion from preprocessing tokens: keywords, reserved words, the
 //! values of literals, joined strings.
-//!
-//! This module must not know the grammar, except that `shader`, `surface` and the like are keywords by
-//! position only.
 
 use crate::diagnostic::Sink;
 use crate::errors;

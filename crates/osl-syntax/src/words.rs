@@ -1,4 +1,4 @@
-//! The words and operators of the language that tokens and trees share. This module must not know either.
+//! The words and operators of the language that tokens and trees share.
 
 use std::sync::Arc;
 

@@ -1,6 +1,4 @@
 //! The analysis of a text, for editors: everything that is known of it, with or without errors.
-//!
-//! This module must not know how diagnostics are displayed.
 
 use crate::diagnostic::{self, Diagnostic};
 use crate::files::{Files, Includes};

@@ -1,5 +1,4 @@
-//! Gives parameters their values: those of a layer before it is compiled, and live ones after. This module
-//! must not know groups or programs that run.
+//! Gives parameters their values: those of a layer before it is compiled, and live ones after.
 
 use crate::Value;
 use osl_hir::hir;

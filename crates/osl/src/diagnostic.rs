@@ -1,7 +1,6 @@
 //! Diagnostics as data: what is wrong, where, and which edits repair it.
 //!
-//! Positions are given in all units that editors use, so that a client needs no line index of its own. This
-//! module must not know how diagnostics are displayed.
+//! Positions are given in all units that editors use, so that a client needs no line index of its own.
 
 use osl_syntax::diagnostic::{self as inner, Severity as InnerSeverity};
 use osl_syntax::source::{SourceFile, SourceMap};

@@ -1,7 +1,4 @@
 //! The files that shaders name, from wherever the client keeps them.
-//!
-//! This module must not know the disk: a client may implement [`Files`] over it, over an editor's unsaved
-//! documents, or over data that came with a web page.
 
 use crate::stages::ShaderFiles;
 use osl_syntax::encoding::{Foreign, decode};

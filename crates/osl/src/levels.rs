@@ -1,7 +1,7 @@
 //! Which warnings are shown, and which of them are errors.
 //!
 //! A name or code takes precedence over `all` and `warnings`; if several lists name a warning, the most
-//! severe one counts. Errors cannot be silenced. This module must not know the command line.
+//! severe one counts. Errors cannot be silenced.
 
 use crate::lessons::{self, Code};
 use std::fmt;

@@ -1,6 +1,4 @@
 //! Parameters of shaders, as data: types, defaults, metadata.
-//!
-//! This module must not know how values reach a program, see `group`.
 
 use crate::Value;
 use osl_hir::hir::{self, Expr, ExprKind, Init, MetaValue};

@@ -1,4 +1,4 @@
-//! Shading points, listed by an embedder. This module must not know what a shader does with them.
+//! Shading points, listed by an embedder.
 
 use crate::{Error, RendererServices};
 use osl_exec::{Datum, PointSource, left_handed};

@@ -1,6 +1,6 @@
 //! The reference of the language's built-in functions, as data, for help, completion and signature hints.
 //!
-//! It comes from the table with which the compiler works. This module must not know how it is shown.
+//! It comes from the table with which the compiler works.
 //!
 //! ```
 //! let smoothstep = &osl::reference::find("smoothstep")[0];

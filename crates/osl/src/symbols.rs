@@ -1,6 +1,4 @@
 //! The symbols of a text: what an editor shows for a name, where it is declared, and where it is used.
-//!
-//! This module must not know how names are bound.
 
 use crate::diagnostic::{Range, range};
 use crate::stages::{self, Checked};

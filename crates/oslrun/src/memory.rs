@@ -1,4 +1,4 @@
-//! The allocator of the command: what it does with freed memory. This module must not know what is allocated.
+//! The allocator of the command: what it does with freed memory.
 
 /// The largest block whose release raises the threshold of glibc's allocator, minus room for its header: see
 /// mallopt(3), `M_MMAP_THRESHOLD`.

@@ -1,6 +1,5 @@
 //! What the process needs of the system: a stack, and room for addresses. Without this, a small limit would
-//! end the command in the middle of its work, without a message. This module must not know what the command
-//! does.
+//! end the command in the middle of its work, without a message.
 
 use std::io::Write;
 

@@ -2,8 +2,7 @@
 //!
 //! The text of a shader is written to a pipe or a file byte for byte. A terminal would execute control
 //! sequences: set its title, move the cursor, clear text. So, on a terminal, each control character except
-//! line breaks and tabs is written in visible form, except for the colors of our own messages. This module
-//! must not know what is printed.
+//! line breaks and tabs is written in visible form, except for the colors of our own messages.
 
 use osl_syntax::escape::shown;
 use std::io::{IsTerminal, Result, Write};

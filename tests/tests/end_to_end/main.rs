@@ -34,6 +34,7 @@ mod oso_format;
 mod proven_bounds;
 mod regions;
 mod reject;
+mod rooms;
 mod rules;
 mod same_bits;
 mod sharing;

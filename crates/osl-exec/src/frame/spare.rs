@@ -1,7 +1,7 @@
 //! Memory of planes that are no longer needed, for the planes of the next run.
 //!
 //! The system clears new memory page by page, which for a simple shader takes as long as shading. A program
-//! that runs frame after frame pays that once. This module must not know what the words mean.
+//! that runs frame after frame pays that once.
 
 use memmap2::MmapMut;
 use std::collections::VecDeque;

@@ -2,7 +2,7 @@
 //!
 //! The system clears a page when it is first written to, which takes microseconds for each page of 4 KiB:
 //! more than shading its points, if the shader is simple. It does so for one thread at a time. A large page
-//! takes hardly longer. This module must not know what the words mean.
+//! takes hardly longer.
 
 use super::spare::{self, Memory};
 use memmap2::MmapMut;

@@ -1,6 +1,4 @@
 //! Hashes of numbers, for all lanes at once.
-//!
-//! This module must not know the hash, see [`osl_noise::hash`].
 
 use super::Machine;
 use crate::arithmetic::ArithmeticImpl;

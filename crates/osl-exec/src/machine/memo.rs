@@ -2,7 +2,7 @@
 //!
 //! A text or a name is a number in a batch, so that arguments are equal if their words are. Each result is
 //! kept with its cost, which every lane is charged. The table has a fixed size: a result replaces another one
-//! in the same place. This module must not know what is computed.
+//! in the same place.
 
 use osl_lanes::Word;
 

@@ -4,7 +4,7 @@
 //! the work of each vector; the batch is charged the largest count. If a vector exceeds what a point may
 //! still spend, or an index is out of range, the arrays are restored and the interpreter runs the region
 //! instead, with the same verdict as ever. It also runs the region if lanes are counted one by one, and for
-//! profiles, which show the steps within. This module must not know what is in a region.
+//! profiles, which show the steps within.
 
 use super::{Machine, Mask};
 use crate::arithmetic::ArithmeticImpl;

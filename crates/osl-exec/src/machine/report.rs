@@ -1,6 +1,4 @@
 //! Reports of lanes: errors and warnings, and their cost.
-//!
-//! This module must not know which messages are kept, see [`crate::message`].
 
 use super::Machine;
 use super::mask::Mask;

@@ -2,7 +2,7 @@
 //! for all of them.
 //!
 //! Neighbouring points mostly have the same texts, because a shader chooses between a few. The words of
-//! arguments are compared for whole vectors of lanes. This module must not know what is computed.
+//! arguments are compared for whole vectors of lanes.
 
 use super::Machine;
 use super::mask::Mask;

@@ -4,8 +4,7 @@
 //! counted for all of its points at once: each block and each kernel is charged with the cost of its most
 //! expensive point. So the count of a batch is never below that of any of its points, and a batch within the
 //! limits contains no point beyond them. A batch beyond the limits gives no information about its points; the
-//! caller runs it again in smaller batches, down to single points, for which the count is exact. This module
-//! must not know the costs of particular kernels.
+//! caller runs it again in smaller batches, down to single points, for which the count is exact.
 
 use super::Machine;
 use super::mask::Mask;

@@ -3,8 +3,7 @@
 //! A processor looks ahead a few hundred operations. While the operations of one vector wait for each other,
 //! it starts those of the next vectors if they are near enough. If a loop has more operations, and most of
 //! them form one chain, each vector takes the time of the whole chain. Several short loops take less,
-//! although values go through memory from one to the next. This module must not know what the operations
-//! compute.
+//! although values go through memory from one to the next.
 
 use super::QueuedOp;
 use crate::lanes::Ready;

@@ -5,8 +5,7 @@
 //! skipped if no lane of a vector takes it. Uniform values are computed in every lane, like others, and their
 //! results are taken from a lane that ran. Steps that are not written here have no code, and neither has the
 //! region around them: the interpreter runs it. It also does so if the code stops, because of the budget or
-//! because an index is out of range: the code has then changed nothing that it reads, except arrays. This
-//! module must not know how the interpreter runs steps.
+//! because an index is out of range: the code has then changed nothing that it reads, except arrays.
 
 use super::plan::{ArraySource, Constants, Files, Writer, lend};
 use super::{Shape, record};

@@ -1,7 +1,6 @@
 //! Areas of an image: the points of a tile, and the part of a plane that they write.
 //!
-//! The blocks of a row are divided among several tiles if there would be few tiles otherwise. This module
-//! must not know what the words mean.
+//! The blocks of a row are divided among several tiles if there would be few tiles otherwise.
 
 use super::{Blocks, SIDE};
 use smallvec::SmallVec;

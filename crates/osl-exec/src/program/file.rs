@@ -1,4 +1,4 @@
-//! The registers of a program, which values use one after the other. This module must not know values.
+//! The registers of a program, which values use one after the other.
 
 use rustc_hash::FxHashMap;
 

@@ -2,7 +2,7 @@
 //!
 //! A side of a branch yields a value that it computes: the value can be computed in the register of the
 //! result. Or it passes on a value from before the branch that nothing else reads afterwards: the result can
-//! take over its register. This module decides which values share a register. It must not know steps.
+//! take over its register. This module decides which values share a register.
 
 use super::per_cell;
 use super::uses::Uses;

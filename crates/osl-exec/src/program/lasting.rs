@@ -1,7 +1,7 @@
 //! Which uniform values are the same in every batch of a run, so that a machine computes them once.
 //!
 //! These are constants, parameters and uniform globals, and what lane operations make of them; values that a
-//! loop carries are not. This module must not know how steps run.
+//! loop carries are not.
 
 use super::uses::Uses;
 use crate::step::NEVER;

@@ -1,6 +1,4 @@
 //! The last use of each value, and the values that are only views into others.
-//!
-//! This module must not know registers or steps.
 
 use osl_ir::ir::{BlockId, Body, Inst, LaneOp, Op, Source, ValueId};
 

@@ -1,7 +1,5 @@
 //! Facts of a row in addition to its texts: what lints, resolution and compiled shaders need to know about a
 //! function.
-//!
-//! This module must not know who uses them.
 
 use super::Builtin;
 use osl_ir::types::Type;

@@ -1,7 +1,6 @@
 //! Finds constant conditions: literals, and locals that keep a literal from their declaration on.
 //!
-//! Parameters do not count, since the user sets them, nor does code from macros. This module must not know
-//! what a constant condition means for the statement around it.
+//! Parameters do not count, since the user sets them, nor does code from macros.
 
 use super::Findings;
 use super::walk::{Walk, bodies, each_stmt};

@@ -2,8 +2,7 @@
 //! constants that make a call or a color something else than it seems.
 //!
 //! All of it is read from the resolved tree. Whether a call has an effect is known for the functions of the
-//! language; calls of the file's own functions count as having one. This module must not know texts of
-//! messages.
+//! language; calls of the file's own functions count as having one.
 
 use super::constants::Constants;
 use super::walk::{Event, Walk, bodies, each_stmt};

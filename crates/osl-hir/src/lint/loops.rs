@@ -1,8 +1,7 @@
 //! Loops that cannot do what they seem to: nothing changes their condition, they never run, or they count
 //! away from their end.
 //!
-//! Only conditions are judged that compute with variables and literals. This module must not know what jumps
-//! leave a loop.
+//! Only conditions are judged that compute with variables and literals.
 
 use super::constants::Constants;
 use super::walk::{Event, Walk};

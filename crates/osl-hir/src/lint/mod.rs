@@ -3,7 +3,7 @@
 //! They examine a program without errors: the [resolved tree](crate::hir) for meaning, the syntax tree for
 //! scopes and fixes, and the sources to distinguish the user's text from the results of macros. Every lint is
 //! a warning with a code `W03xx` and a [`Level`] that says when it is shown by default. Included files and
-//! macro expansions are not examined. This module must not know the command line.
+//! macro expansions are not examined.
 //!
 //! Some similar warnings come from resolution, because published compilers give them too: writing a read-only
 //! argument (W0203), a parameter that hides a function (W0206). They are not repeated here.

@@ -2,7 +2,7 @@
 //! branches that are alike.
 //!
 //! They read the syntax tree, since meaning does not tell `a < b < c` from `(a < b) < c`. Text of macros is
-//! recognised by its form and left alone. This module must not know types.
+//! recognised by its form and left alone.
 
 use super::{Findings, codes_of_slips as codes};
 use osl_syntax::ast::{self, Ast, BinaryOp, ExprId, ExprKind, StmtId, StmtKind, UnaryOp};

@@ -3,8 +3,7 @@
 //!
 //! The format is a table of symbols and a list of operations on them. Structured operations (`if`, loops,
 //! inlined functions) name the operations at which their parts end. Source: the format's version 1.00, as
-//! compilers write it. This module must not know how files are found, IR or lanes: after the resolved tree,
-//! compiled shaders and sources are not distinguished.
+//! compilers write it.
 
 pub mod errors;
 mod operations;

@@ -1,6 +1,6 @@
 //! Checks format strings, such as those of `printf`: each conversion against its argument.
 //!
-//! OSL language specification, chapter on printing. This module must not know the printed text.
+//! OSL language specification, chapter on printing.
 
 use super::Resolver;
 use super::errors;

@@ -1,7 +1,7 @@
 //! What to write instead of a value that does not fit.
 //!
 //! The advice names the functions of the language that make the value fit, with the variable that the source
-//! names. This module must not know where the value goes.
+//! names.
 
 use super::Resolver;
 use crate::hir::{Expr, ExprKind};

@@ -1,7 +1,6 @@
 //! Metadata: constants attached to a parameter, a function or the shader, checked and read.
 //!
-//! A value is a literal, arithmetic on literals, a constructor of such, or a list of them for an array. This
-//! module must not know the meaning of names; later stages read the few that affect results.
+//! A value is a literal, arithmetic on literals, a constructor of such, or a list of them for an array.
 
 use super::Resolver;
 use super::errors;

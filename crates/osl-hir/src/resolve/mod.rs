@@ -3,9 +3,8 @@
 //! It binds names, checks types, chooses overloads and makes every conversion explicit. It reports through
 //! diagnostics and never fails: where there is an error, the tree has an error node, whose type fits
 //! everywhere, so that one mistake makes one message. It also resolves trees with [gaps], and then keeps
-//! quiet about everything that a gap may explain (`follow`). This module must not know SSA, lanes or
-//! parameter values. Rules: OSL language specification, chapters on types, declarations and expressions;
-//! where that is silent, the behaviour of published compilers.
+//! quiet about everything that a gap may explain (`follow`). Rules: OSL language specification, chapters on
+//! types, declarations and expressions; where that is silent, the behaviour of published compilers.
 //!
 //! [gaps]: osl_syntax::gaps::Gaps
 

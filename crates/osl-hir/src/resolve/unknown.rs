@@ -1,8 +1,7 @@
 //! Names that nothing declares: what they probably mean.
 //!
 //! A name is compared only with names of the needed kind, and words of other languages come first
-//! (`vocabulary`). Where nothing is close, the message says how to declare it. This module must not know the
-//! texts of the messages.
+//! (`vocabulary`). Where nothing is close, the message says how to declare it.
 
 use super::Resolver;
 use super::errors::{self, CloseType};

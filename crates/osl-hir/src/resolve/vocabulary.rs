@@ -2,8 +2,7 @@
 //! Python.
 //!
 //! A newcomer writes `lerp` or `vec3`, for which the OSL name with the most similar spelling is the wrong
-//! suggestion (`fract` is not `refract`). So this table is searched first. It must not know the context of a
-//! word: `resolve` states whether it needs a function, a value, a type or a member.
+//! suggestion (`fract` is not `refract`). So this table is searched first.
 
 /// The kind of name that is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,6 @@
 //! others and the interpreter build, and `derive`, without which texture lookups would have another meaning.
 //!
 //! A pass keeps the bits of every remaining value, except `prefilter`, which runs only as part of `Derive`.
-//! This module must not know lanes, registers or instruction sets.
 
 mod algebra;
 mod cse;

@@ -1,7 +1,6 @@
 //! Writing instructions in place of others: what the passes share that replace an instruction by several.
 //!
-//! A pass implements [`Rewrite::inst`] for one instruction, and writes with the other methods. This module
-//! must not know what a pass replaces.
+//! A pass implements [`Rewrite::inst`] for one instruction, and writes with the other methods.
 
 use super::Renaming;
 use crate::ir::{BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, ValueId};

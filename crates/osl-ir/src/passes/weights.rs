@@ -3,8 +3,7 @@
 //!
 //! For each closure output `Ci` and each name of a component there is an output `Ci.diffuse`, the sum of the
 //! weights of these components; for each parameter that is computed there is an output
-//! `Ci.diffuse.argument1`, its value where the shader made such a component last. It must not know who
-//! examines them.
+//! `Ci.diffuse.argument1`, its value where the shader made such a component last.
 
 use crate::ir::{
     Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Output, Slot, SlotId, Source, Values,

@@ -2,7 +2,6 @@
 //!
 //! Folding and running share them. Strings are UTF-8 here, and offsets count bytes; a cut inside a character
 //! leaves a replacement character. Sources: OSL language specification, chapters on strings and on printing.
-//! This module must not know lanes, files or terminals.
 
 mod ecmascript;
 mod format;

@@ -1,4 +1,4 @@
-//! Pictures inside of pages: PNG files as data URLs. This module must not know what they show.
+//! Pictures inside of pages: PNG files as data URLs.
 
 use base64::Engine;
 use osl_image::{BitDepth, PngOptions, Transfer, png_bytes};

@@ -1,5 +1,5 @@
 //! Pictures of a number at each point: EXR with a channel for each layer, TIFF with the largest of all
-//! layers, PNG and JPEG with the largest as grey. This module must not know what the numbers are.
+//! layers, PNG and JPEG with the largest as grey.
 
 use super::software::{self, SOFTWARE};
 use crate::Failure;

@@ -2,8 +2,7 @@
 //! text `Software` in a PNG file.
 //!
 //! It is the version alone. So equal pictures are equal files, no matter which command, processor or number
-//! of threads made them, and a file says nothing about the paths on the machine. This module must not know
-//! pixels.
+//! of threads made them, and a file says nothing about the paths on the machine.
 
 use osl_image::{ChannelOptions, Transfer};
 

@@ -2,7 +2,7 @@
 //! displacement.
 //!
 //! An option names the output of a role; a role without an option goes to an output whose name and type say
-//! so. This module must not know pictures.
+//! so.
 
 use crate::Failure;
 use crate::request::values::Gained;

@@ -119,15 +119,7 @@ pub fn shading<'a>(
     plan: Plan,
 ) -> Shading<'a> {
     let pattern = Pattern::new(plan.samples(), 0);
-    Shading {
-        program,
-        services,
-        surface,
-        options,
-        cheaper: None,
-        pattern,
-        filter: plan.filter(),
-    }
+    Shading { program, services, surface, options, cheaper: None, pattern, filter: plan.filter() }
 }
 
 /// The error bounds of an image, which are known before its first piece.

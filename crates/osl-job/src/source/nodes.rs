@@ -1,7 +1,7 @@
 //! The built-in shaders: those of `osl/nodes`, which networks need in addition to the user's shaders.
 //!
 //! A group's shaders are searched for here last, so that a file of the same name takes precedence. A test
-//! compares the list with the folder. This module must not know groups.
+//! compares the list with the folder.
 
 macro_rules! nodes {
     ($($name:literal)*) => {

@@ -3,7 +3,7 @@
 //! This is not part of the language, in which every closure is data. A stand-in for a renderer uses this
 //! module to find the [problems](Problem) among the components that a body needs, to drop with [`stop`] the
 //! code that the renderer would not compile, and to give the other components their registered form with
-//! [`fit`]. This module must not know which closures a renderer has.
+//! [`fit`].
 
 mod stop;
 

@@ -1,8 +1,7 @@
 //! Shader groups: layers, each a shader with values for its parameters, and connections between parameters.
 //!
 //! [`Group`] is the model, which is checked while it is built; [`text`] reads the serialized form of the OSL
-//! specification (chapter "Describing shader groups"). [`crate::lower_group`] makes one body of a
-//! group. This module must not know files: the caller provides the shaders.
+//! specification (chapter "Describing shader groups"). [`crate::lower_group`] makes one body of a group.
 
 mod connect;
 mod rules;

@@ -2,7 +2,7 @@
 //! that show them.
 //!
 //! A variable is listed only if a tap of its name at its line finds it: one that an inner variable hides is
-//! not. This module must not know how taps are written or shown.
+//! not.
 
 use super::{Site, Tap, TapPart, TapPath, Tapped, find};
 use osl_hir::hir::{

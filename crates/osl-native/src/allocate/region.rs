@@ -3,8 +3,7 @@
 //! A value that a region carries has one register at the start and at the end of a round, its home. All other
 //! values from outside are, where paths join, where they were when the region began: at the end of the region
 //! they return there. So both ways into a place agree on what is where. A slot that a value got within a
-//! region is forgotten at its end, since the other way has not filled it. This module must not know
-//! instructions.
+//! region is forgotten at its end, since the other way has not filled it.
 
 use super::{Allocator, index, register};
 use crate::block::Block;

@@ -5,7 +5,7 @@
 //! for an operand, a later one comes first (list scheduling, Cooper and Torczon, Engineering a Compiler,
 //! chapter 12). Values that are made early are kept for longer, so an operation comes forward only while few
 //! values are. Each operation stays between the same two jumps, and accesses of the same place in memory stay
-//! in order. This module must not know registers or instructions.
+//! in order.
 
 use super::region::Lists;
 use crate::block::Block;

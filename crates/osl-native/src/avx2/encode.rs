@@ -1,7 +1,6 @@
 //! Encodes the AVX2 instructions that the code consists of.
 //!
-//! Encodings follow the Intel 64 manual, volume 2 (2.3 for VEX). This module must not know what the
-//! instructions are used for; a test reads all of them back with a disassembler.
+//! Encodings follow the Intel 64 manual, volume 2 (2.3 for VEX).
 
 use crate::x86::{Assembler, Mem, Opcode};
 

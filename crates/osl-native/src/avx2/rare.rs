@@ -1,6 +1,5 @@
 //! Operations of several instructions: the inverse root, the upper half of a product, and the length with its
-//! seldom taken path, which the code chooses for all lanes of a vector. This module must not know which
-//! registers hold which values.
+//! seldom taken path, which the code chooses for all lanes of a vector.
 
 use super::MAGNITUDE;
 use super::encode::{Rm, Ymm, name};

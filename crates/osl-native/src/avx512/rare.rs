@@ -4,8 +4,7 @@
 //! intermediate result leaves the range of floats, a few products and sums give a root and its inverse with
 //! the same correct rounding (Markstein 1990, *Computation of elementary functions on the IBM RISC
 //! System/6000 processor*), starting from any estimate within `2^-14`. A test tries every mantissa. A root
-//! alone is left to the processor, whose unit works in parallel. This module must not know which registers
-//! hold which values.
+//! alone is left to the processor, whose unit works in parallel.
 
 use super::encode::{K, Rm, Zmm, name};
 use crate::x86::{Assembler, Jump, Mem, Opcode};

@@ -1,8 +1,7 @@
 //! Encodes the A64 instructions that the code consists of: one word each.
 //!
 //! Encodings follow the Arm Architecture Reference Manual for A-profile, chapters C4.1 (classes) and C7.2
-//! (vector instructions). This module must not know what the instructions are used for; a test compares all
-//! of them with words that another assembler wrote.
+//! (vector instructions).
 
 /// One of 32 vector registers of 4 lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

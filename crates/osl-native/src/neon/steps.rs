@@ -1,6 +1,5 @@
 //! Operations of several instructions. They overwrite the spare registers. An operand may be in the register
-//! of the result, except for the length, and the last operand may be in the last spare register. This module
-//! must not know which registers hold which values.
+//! of the result, except for the length, and the last operand may be in the last spare register.
 
 use super::encode::{V, name};
 use super::place::Draft;

@@ -1,6 +1,4 @@
 //! The depth of the parts of an expression or statement.
-//!
-//! This module must not know chains: they are the concern of `chains`.
 
 use super::Builder;
 use super::chains::Depth;

@@ -2,7 +2,7 @@
 //! and how far it is indented.
 //!
 //! Every decision depends only on the pieces and on the few line breaks that the output keeps, so that
-//! formatting the output again changes nothing. This module must not know statements.
+//! formatting the output again changes nothing.
 
 use super::WIDTH;
 use super::pieces::{Kind, Piece};

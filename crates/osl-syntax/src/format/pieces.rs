@@ -3,7 +3,7 @@
 //! Kept unchanged are directives with their continuation lines, the text after `#if 0`, and macro calls with
 //! their arguments, because an argument may be turned into a string. A name counts as a macro after its
 //! `#define`, and also, in a file that includes others, if it is a call in capitals. Anything else that is
-//! not a token of the language is an error. This module must not know layout.
+//! not a token of the language is an error.
 
 use crate::diagnostic::{Diagnostic, Sink};
 use crate::errors;

@@ -1,6 +1,4 @@
 //! The syntactic role of a piece, and whether a space separates two pieces.
-//!
-//! This module must not know lines or columns.
 
 use super::pieces::{Kind, Piece};
 use crate::lexer::scan;

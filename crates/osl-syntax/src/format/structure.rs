@@ -3,7 +3,7 @@
 //! A line here is a logical line: a statement, the header of a block, a `}` with the text that follows it, or
 //! a comment or directive on its own. Statements are recognised by `;`, braces and control-flow keywords,
 //! without a grammar. Each branch of a conditional is read from the state at its `#if`, and the state after
-//! the first branch counts for the text that follows. This module must not know columns.
+//! the first branch counts for the text that follows.
 //!
 //! [`nesting`] holds what is open, [`statement`] reads outside brackets, [`bracket`] inside.
 

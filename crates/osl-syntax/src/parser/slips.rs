@@ -2,8 +2,7 @@
 //! other one, a misspelt keyword, a condition without parentheses, an operator of another language.
 //!
 //! A slip has its own message, with the edit, and a remedy: the tokens that recovery reads instead, so that
-//! the rest of the statement is still checked. This module must not know the grammar: the parser has told
-//! where it failed and what it expects there. Larger constructs of other languages are in `foreign`.
+//! the rest of the statement is still checked. Larger constructs of other languages are in `foreign`.
 
 use super::recover::{is_init_list, stand_in};
 use super::words::{describe, words};

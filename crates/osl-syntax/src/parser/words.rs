@@ -1,6 +1,4 @@
 //! Tokens in words: those that were found, and those that would fit.
-//!
-//! This module must not know where the parser failed.
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::print;

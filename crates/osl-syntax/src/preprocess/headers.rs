@@ -1,7 +1,7 @@
 //! The headers that come with the compiler: the text of each, by name.
 //!
 //! They are found last, after every file of the provider, as if their folder were at the end of the search
-//! path. This module must not know who includes them.
+//! path.
 
 /// The name of the header that is read before the first line of every shader.
 pub(super) const STANDARD: &str = "stdosl.h";

@@ -3,7 +3,7 @@
 //! The texts are the files of `docs/errors`, one per code, so that they can be read on the web; a program
 //! that uses this module contains them. Their form: a heading `# CODE: title`, paragraphs, `Wrong:` with a
 //! block of code, `Right:` with another. Tests check that each wrong example produces the code and that each
-//! right one does not. This module must not know how lessons are shown.
+//! right one does not.
 //!
 //! ```
 //! let lesson = osl::lessons::find("integer-division")[0];

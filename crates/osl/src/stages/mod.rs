@@ -26,8 +26,7 @@
 //! types are those of the compiler's crates, re-exported here by name, and they change whenever the compiler
 //! does.
 //!
-//! This module is the one place where the crates are joined. It must not know arguments, terminals or the
-//! location of files: a provider supplies includes.
+//! This module is the one place where the crates are joined.
 
 mod group;
 

@@ -1,7 +1,7 @@
 //! Numbers, ints and masks that are nodes of a block.
 //!
 //! The operations of the arithmetic's traits add nodes, or are computed at once if all operands are
-//! constants. What no node computes is missing. This module must not know the list of operations.
+//! constants. What no node computes is missing.
 
 use osl_native::{Binary, Block, Compare, IntCompare, MaskValue, Unary, Value};
 use osl_numeric::{Int, Mask, Number, Real, Single, rounding};

@@ -1,5 +1,4 @@
 //! The effects of folding on the meaning of a program, which must be the same even if nothing else is folded.
-//! This module must not know how constants are computed.
 
 use super::super::Renaming;
 use super::{Numbers, Strings, fold, rename_outputs};

@@ -1,7 +1,5 @@
 //! Command lines that clap would read as something else: a misspelt command is a file name to it, and several
 //! shaders are a command that does not fit.
-//!
-//! This module must not know what commands do.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};

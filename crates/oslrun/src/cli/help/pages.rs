@@ -1,6 +1,6 @@
 //! `oslrun completions SHELL` and `oslrun man [COMMAND]`: what a package installs beside the command.
 //!
-//! Both are made from the declared options. This module must not know what the options mean.
+//! Both are made from the declared options.
 
 use clap::{Args, Command};
 use clap_complete::Shell;

@@ -1,7 +1,6 @@
 //! Text of the reference of the built-in functions: a list, an entry, the page in `docs`.
 //!
-//! [`osl::reference`] has the data. This module must not know how functions are compiled, nor where its text
-//! is written.
+//! [`osl::reference`] has the data.
 
 use osl::reference::{Function, NOISE_FIELDS, RULES, Topic, functions, topics};
 use std::fmt::Write;

@@ -173,8 +173,7 @@ impl Programs {
     fn idle(&self) -> Vec<String> {
         let fast = self.fast.is_none().then(|| SAME_IN_FAST.to_string());
         let filtered = self.widened.is_empty().then(|| {
-            "`--prefilter` changes nothing here: it can filter no step or noise of this shader"
-                .to_string()
+            "`--prefilter` changes nothing here: it can filter no step or noise of this shader".to_string()
         });
         fast.into_iter().chain(filtered).collect()
     }

@@ -1,6 +1,4 @@
 //! Writes a group as text, in the form that `osl_lower::group::text` reads.
-//!
-//! This module must not know files.
 
 use osl_ir::ir::Const;
 use osl_lower::group::{Connection, Group, Layer};

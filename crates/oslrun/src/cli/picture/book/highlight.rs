@@ -1,7 +1,6 @@
 //! Syntax colors: the lines of a source as HTML, with comments, words, numbers and texts marked.
 //!
-//! It reads letters, not the grammar, so that any text has colors. This module must not know what a shader
-//! does.
+//! It reads letters, not the grammar, so that any text has colors.
 
 use osl_measure::markup::escape;
 use std::fmt::Write;

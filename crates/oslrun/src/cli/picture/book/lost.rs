@@ -1,6 +1,4 @@
 //! The digits that the variables of a source lose in single precision.
-//!
-//! This module must not know how shaders are run or how a page is written.
 
 use crate::cli::picture::figures::Results;
 use osl_lower::taps::{Doings, Tap};

@@ -1,7 +1,6 @@
 //! The page of a picture book: the source, line by line, with the pictures of what each line sets.
 //!
-//! The page is one file without scripts: pictures are data URLs. All text of a shader is escaped. This module
-//! must not know how values are computed.
+//! The page is one file without scripts: pictures are data URLs. All text of a shader is escaped.
 
 use super::highlight;
 use crate::cli::picture::figures::Figure;

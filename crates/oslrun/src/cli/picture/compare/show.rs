@@ -1,6 +1,4 @@
 //! Shows how two pictures differ: as a table, as JSON, and as a picture.
-//!
-//! This module must not know where the pictures come from.
 
 use super::differ::{At, Difference, Measured, Value};
 use super::side::Side;

@@ -1,6 +1,4 @@
 //! Values as small pictures: how a variable is shown follows from its type and its values, and is said.
-//!
-//! This module must not know pages or shaders.
 
 use osl_image::Transfer;
 use osl_ir::types::{Base, Type};

@@ -1,7 +1,7 @@
 //! The layer that shows how the picture differs from a pinned one.
 //!
 //! It is computed from the values, so that a difference shows also where both pictures are black or white.
-//! The numbers and the colors are those of `oslrun compare`. This module must not know connections.
+//! The numbers and the colors are those of `oslrun compare`.
 
 use crate::cli::picture::compare::{At, Side, brief, color, measure};
 use osl_exec::Plane;

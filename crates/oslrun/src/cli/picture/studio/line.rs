@@ -1,6 +1,6 @@
 //! Small pictures of what a line of the source does, as in a picture book, for the state that the page shows.
 //!
-//! Also the tap as the output of the whole picture. This module must not know connections.
+//! Also the tap as the output of the whole picture.
 
 use crate::cli::picture::figures::{self, Figure, Pictures, Results};
 use osl_hir::hir::Program;

@@ -2,7 +2,6 @@
 //! white.
 //!
 //! It is computed from the values, because the samples of the picture are black or white there.
-//! This module must not know where the values come from.
 
 /// The colors of the marks.
 const BROKEN: [u8; 3] = [255, 0, 204];

@@ -1,6 +1,6 @@
 //! Small letters for labels in pictures: five pixels wide and eight high, the last row for descenders.
 //!
-//! The letters are drawn below, twelve in a band. This module must not know what the labels say.
+//! The letters are drawn below, twelve in a band.
 
 /// The letters, in the order of their drawings.
 const LETTERS: &str = "0123456789.,-+=_:()?abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
