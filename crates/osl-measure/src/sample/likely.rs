@@ -1,8 +1,9 @@
-//! What some pixels say about all: the limits of a share that was seen in a random choice.
+//! Clopper–Pearson limits of a proportion in a random sample: how large the share of all pixels above a bound
+//! is, if that of some random pixels is known.
 
 use pxfm::{f_exp, f_log, f_log1p};
 
-/// How sure each limit is.
+/// The confidence of each limit.
 pub const SURE: f64 = 0.95;
 
 /// The limits of a share of which `seen` in `of` random pixels are known: it is below the first, or above the

@@ -20,7 +20,6 @@ mod pattern;
 mod points;
 mod rate;
 mod round;
-mod rows;
 mod seen;
 mod surface;
 mod weights;

@@ -10,7 +10,7 @@ use osl_ir::ir::Kind;
 use osl_simd::{Isa, Kernel};
 use std::ops::Range;
 
-/// Pixels that are examined in step.
+/// Pixels per SIMD group.
 pub(super) const STEP: usize = 8;
 
 /// The samples of a round: of each pixel the same number.

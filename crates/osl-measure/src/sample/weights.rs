@@ -1,6 +1,4 @@
-//! Factors that make the smallest error bound of an image stand for the bounds of all its planes.
-//!
-//! This module must not know where a bound comes from.
+//! Scales the error of each plane, so that one bound, the smallest, serves for all planes.
 
 use std::sync::Arc;
 

@@ -30,7 +30,7 @@ pub struct Timed {
 /// Pixels of the first, coarse pass, which measures an evaluation: one in so many, the minimum and the
 /// maximum.
 const COARSE: (usize, usize, usize) = (16, 64, 16384);
-/// Fewest seconds that an evaluation is taken for, whatever the clock shows.
+/// Lower bound on the measured time of an evaluation, in seconds, whatever the clock shows.
 const QUICKEST: f64 = 1e-12;
 
 /// Renders an image with as many samples per pixel as fit before `clock` shows `end`; both are in seconds.
