@@ -24,8 +24,9 @@ impl<'a> Work<'_, 'a> {
     ) -> Result<(Refiner<'a>, StoppingRule), RunError> {
         let all = self.known.len();
         // A quarter of the pixels that need samples, but at least 64; all of them in small images.
-        let available = if all < SMALL_IMAGE { pixels.len() } else { pixels.len() / 4 };
-        let wanted = (all / PILOT).clamp(SURE_PROBES, SMALL_IMAGE).min(available.max(64));
+        let (of_few, available) = if all < SMALL_IMAGE { (1, pixels.len()) } else { (10, pixels.len() / 4) };
+        let wanted =
+            (all / PILOT).max((all / of_few).min(SURE_PROBES)).min(SMALL_IMAGE).min(available.max(64));
         let seed = self.first ^ 0x2b07;
         let chosen = some_pixels(pixels.len(), wanted, seed).iter().map(|at| pixels[*at as usize]).collect();
         let mut pilot = Pilot::new(self, (curvatures, self.range(probes)), chosen);

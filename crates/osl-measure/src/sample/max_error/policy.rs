@@ -18,7 +18,7 @@ pub(super) const WIDEST: f32 = 4.0;
 /// One in so many pixels gets a probe, to judge the lattices of every fourth, every second and every pixel,
 /// and all of them once more before sampling starts. Probes cost about a tenth of the work. A small image has
 /// all of its probes at once.
-pub(super) const PROBE: [usize; 4] = [168, 48, 16, 8];
+pub(super) const PROBE: [usize; 4] = [96, 48, 16, 8];
 /// An image of fewer pixels is *small*: a thousandth of it is a few pixels, which a share of its pixels does
 /// not show. No image has more probes, and no pilot more pixels.
 pub(super) const SMALL_IMAGE: usize = 16_384;
