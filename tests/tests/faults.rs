@@ -29,7 +29,7 @@ struct Row {
     name: String,
     /// The place of the guilty line among the blamed ones, from 1; `None` if it is not among them.
     rank: Option<usize>,
-    /// Whether it is the second one, and the first one names it: as what it magnifies, or as what magnifies it.
+    /// Whether it is the second one, and the first one names it as its partner.
     is_partner: bool,
     repair: Repair,
 }

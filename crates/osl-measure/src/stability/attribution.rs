@@ -20,7 +20,7 @@ use super::overflow::{broken, rounded_once};
 use super::pairs::{Pairs, Paths};
 use super::range_reduction::reduces;
 use super::replay::can_round;
-use super::replay::{again, difference, differences, relative_error};
+use super::rerun::{again, difference, differences, relative_error};
 use super::sensitivity::{LEAST, LineOf, Roundings, Rounds, measured};
 use super::statistics::{Blame, InstSite};
 use crate::trace::{Exact, NodeId, Trace, What};

@@ -1,7 +1,7 @@
 //! Systematic error growth in loops: a rounding of a value from before the loop is small, but each round uses
 //! the same wrong value. A rotation by a small angle that is applied a thousand times is an example.
 
-use super::replay::relative_error;
+use super::rerun::relative_error;
 use super::sensitivity::LineOf;
 use crate::trace::{NodeId, Trace, What};
 use osl_ir::Span;

@@ -22,6 +22,7 @@ mod overflow;
 mod pairs;
 mod range_reduction;
 mod replay;
+mod rerun;
 mod safe_range;
 mod sensitivity;
 mod statistics;

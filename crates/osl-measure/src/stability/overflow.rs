@@ -1,9 +1,10 @@
-//! Overflow and underflow: the first place where a number becomes infinite, NaN, or 0 because it is too small.
+//! Overflow and underflow: the first place where a number becomes infinite, NaN, or 0 because it is too
+//! small.
 //!
 //! A result is broken if the operation gives an ordinary number for the same operands in double precision. So
 //! what follows from a broken operand is not broken itself.
 
-use super::replay::again;
+use super::rerun::again;
 use crate::trace::{Exact, NodeId, Trace};
 
 /// How a result left the range of floats.

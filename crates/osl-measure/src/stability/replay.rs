@@ -1,13 +1,12 @@
-//! Re-execution of traced instructions: with other operands, and of a whole point in which only chosen
-//! instructions round and all others compute in double precision.
+//! Re-execution of a traced point in which only chosen instructions round, and all others compute in double
+//! precision.
 //!
 //! An estimate along the flow of the error cannot tell what a rounding does: one that both operands of a
 //! difference share cancels there.
 
 use super::overflow::{broken, rounded_number};
-use crate::trace::{Exact, NodeId, Trace, What, eval, noise};
-use osl_ir::ir::Const;
-use osl_numeric::Cost;
+use super::rerun::{again, computes, differences, is_same};
+use crate::trace::{Exact, NodeId, Trace, What};
 
 /// The trace of a point, with the values that an experiment changes.
 pub(super) struct Replay<'a> {
@@ -149,53 +148,4 @@ fn rounded(trace: &Trace, id: NodeId, value: Exact) -> Exact {
     };
     let numbers = value.numbers().into_iter().zip(strict.numbers()).zip(wide.numbers());
     Exact::of_numbers(value.kind(), &numbers.map(one).collect::<Vec<_>>())
-}
-
-/// The result of an operation or a noise with these operands; `None` for calls that cannot run again.
-pub(super) fn again(what: &What, args: &[Exact]) -> Option<Exact> {
-    match what {
-        What::Lane(op) => eval(*op, args),
-        What::Kernel(kernel, result) => noise(kernel, args, *result),
-        _ => None,
-    }
-}
-
-/// Whether the instruction computes, and so may round: taking a triple apart does not.
-pub(super) fn computes(what: &What) -> bool {
-    match what {
-        What::Lane(op) => op.cost() != Cost::Part,
-        What::Kernel(..) => true,
-        _ => false,
-    }
-}
-
-/// The difference of two numbers; infinite if only one of them is finite.
-pub(super) fn difference(a: f64, b: f64) -> f64 {
-    match (a == b || (a.is_nan() && b.is_nan()), (a - b).is_finite()) {
-        (true, _) => 0.0,
-        (false, true) => a - b,
-        (false, false) => f64::INFINITY,
-    }
-}
-
-/// The differences of two values, component by component.
-pub(super) fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| difference(*a, *b)).collect()
-}
-
-/// Whether two values are the same; NaN is the same as NaN.
-pub(super) fn is_same(a: &Exact, b: &Exact) -> bool {
-    a == b || (a.kind() == b.kind() && are_equal(&a.numbers(), &b.numbers()))
-}
-
-fn are_equal(a: &[f64], b: &[f64]) -> bool {
-    !a.is_empty() && differences(a, b).iter().all(|d| *d == 0.0)
-}
-
-/// The error of the largest component relative to its size; 0 if the exact value is 0.
-pub(super) fn relative_error(strict: &Const, exact: &Exact) -> f64 {
-    let (strict, exact) = (Exact::widen(strict).numbers(), exact.numbers());
-    let size = exact.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let error = differences(&strict, &exact).iter().map(|e| e.abs()).fold(0.0, f64::max);
-    if size > 0.0 { error / size } else { 0.0 }
 }

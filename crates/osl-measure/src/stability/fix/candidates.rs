@@ -98,7 +98,8 @@ fn cancelled(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Option<Candid
     made(source, site, ("terms that cancel", why), &covers, &[], new)
 }
 
-/// The expression as a polynomial: without what cancels when products are expanded, or around the centre of its powers.
+/// The expression as a polynomial: without what cancels when products are expanded, or around the centre of
+/// its powers.
 fn by_polynomial(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Vec<Candidate> {
     let covers = form.all_covers();
     let candidate = |said: (&'static str, &'static str), inserted: &[String], term: &Term| {

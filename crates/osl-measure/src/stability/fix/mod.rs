@@ -11,6 +11,7 @@ mod candidates;
 mod greedy;
 mod judge;
 mod matching;
+mod place;
 mod polynomial;
 mod reference;
 mod rules;

@@ -1,7 +1,7 @@
 //! Facts about the shader around a rewrite: the expressions with their statements, the definitions and writes
 //! of variables, and where a declaration can be inserted.
 
-use super::substitution::Place;
+use super::place::Place;
 use super::term::{Reader, within};
 use osl_hir::hir::{
     Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, Var, VarId, VarKind,

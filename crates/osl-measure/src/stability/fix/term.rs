@@ -3,7 +3,7 @@
 //! Terms come from the resolved tree of a shader ([`Reader`]) and from the text of a rule ([`parse`]). A term
 //! of a shader remembers its source text, so that a rewrite keeps the author's spelling.
 
-use super::substitution::Place;
+use super::place::Place;
 use osl_hir::hir::{Expr, ExprKind, Step};
 use osl_ir::types::{Base, Type};
 use osl_syntax::ast::{self, Ast, BinaryOp, UnaryOp};

@@ -1,5 +1,5 @@
-//! Acceptance test on more points and with other values of the parameters: a repair must not make points wrong
-//! that were right.
+//! Acceptance test on more points and with other values of the parameters: a repair must not make points
+//! wrong that were right.
 //!
 //! A repair is found at the given values, where a root may never be near the number that it is added to, or a
 //! divisor never 0. The truth is again the original source in double precision.

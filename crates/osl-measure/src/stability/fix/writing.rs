@@ -1,5 +1,5 @@
-//! Simplification and printing: puts terms in place of the letters of a rule, removes what cancels, and writes
-//! the result as source text.
+//! Simplification and printing: puts terms in place of the letters of a rule, removes what cancels, and
+//! writes the result as source text.
 
 use super::matching::PatternMatch;
 use super::polynomial;
