@@ -20,6 +20,8 @@ pub struct Gap {
     pub declarations: FxHashSet<Arc<str>>,
     /// Number of declarations in it that lack their name.
     pub nameless: usize,
+    /// Number of structs in it that lack their name.
+    pub nameless_structs: usize,
 }
 
 impl Gap {
@@ -77,6 +79,8 @@ impl Gaps {
             _ => None,
         };
         let declarations = lost.windows(3).filter_map(declared).collect();
-        self.list.push(Gap { span, names, declarations, nameless });
+        let is_struct = |pair: &&[Token]| matches!(pair, [Token::Struct, Token::LBrace]);
+        let nameless_structs = lost.windows(2).filter(is_struct).count();
+        self.list.push(Gap { span, names, declarations, nameless, nameless_structs });
     }
 }

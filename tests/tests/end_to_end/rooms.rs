@@ -1,13 +1,13 @@
-//! What keeps the code readable: short functions, options that only their command reads, and one place that turns
-//! events into text.
+//! What keeps the code readable: short functions, options that only their command reads, and one place that
+//! turns events into text.
 
 use std::path::{Path, PathBuf};
 
 /// The lines that a function may have.
 const SCREEN: usize = 80;
 
-/// Longer functions, by file and name: tables with short arms, and the rest, which are to be split. No function is
-/// added to this list.
+/// Longer functions, by file and name: tables with short arms, and the rest, which are to be split. No function
+/// is added to this list.
 const LONG: [(&str, &str); 12] = [
     ("osl-exec/src/program/compile.rs", "inst"),
     ("osl-hir/src/resolve/vocabulary.rs", "function"),

@@ -29,6 +29,8 @@ pub(super) struct Follow {
     lost_between: FxHashSet<Arc<str>>,
     /// Number of declarations in those gaps that lack their name.
     nameless: usize,
+    /// Number of structs in gaps between declarations that lack their name, as far as none is assumed.
+    nameless_structs: usize,
     /// The start of the first gap in it.
     first_gap: Option<u32>,
     /// Code and location of each error.
@@ -60,6 +62,7 @@ impl Resolver<'_> {
         let ast = self.ast;
         let between = |gap: &&Gap| !ast.items.iter().any(|item| gap.meets(item.span()));
         self.follow.gap_between = ast.gaps.list.iter().any(|gap| between(&gap));
+        self.follow.nameless_structs = ast.gaps.list.iter().map(|gap| gap.nameless_structs).sum();
         let lost = ast.gaps.list.iter().filter(between).flat_map(|gap| &gap.declarations);
         self.follow.lost_between = lost.cloned().collect();
     }
@@ -127,6 +130,15 @@ impl Resolver<'_> {
         }
         self.follow.nameless -= 1;
         self.follow.lost.insert(name.into())
+    }
+
+    /// Takes an unknown type for one of the structs that lack their name, if there is one.
+    pub(super) fn is_nameless_struct(&mut self, name: &str) -> bool {
+        if self.reports == Reports::AsReference || self.follow.nameless_structs == 0 {
+            return false;
+        }
+        self.follow.nameless_structs -= 1;
+        self.follow.lost_between.insert(name.into())
     }
 
     /// Whether text that could not be read may have added functions of this name.

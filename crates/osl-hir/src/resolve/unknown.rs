@@ -44,6 +44,7 @@ impl Resolver<'_> {
     /// Reports an unknown type.
     pub(super) fn unknown_type(&mut self, span: Span, name: &str) {
         if self.may_be_declared(name)
+            || self.is_nameless_struct(name)
             || (self.reports != Reports::AsReference && !self.told.insert(format!("type {name}")))
         {
             return;

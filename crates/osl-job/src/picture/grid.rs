@@ -123,16 +123,7 @@ pub(super) fn run(
     sink.settle()?;
     let started = Instant::now();
     let mut done = Done { frame, messages, samples, profile: rounds, ..Done::default() };
-    match (&image.output.path, file) {
-        (Some(path), None) => {
-            (done.files, done.piped) = output::write(&done.frame, None, path, image)?.save(path, sink)?;
-        }
-        (Some(path), Some(file)) => {
-            file.save().map_err(Failure::new)?;
-            done.files = vec![path.clone()];
-        }
-        (None, _) => {}
-    }
+    saved(&mut done, file, image, sink)?;
     let times = [compile, run, write + started.elapsed()];
     done.times = [compile, run];
     done.count(image);
@@ -149,6 +140,21 @@ pub(super) fn run(
     done.closures = closures.then_some(tallied.closures);
     (done.sources, done.name) = (sources, name);
     Ok(done)
+}
+
+/// Writes the file of a picture, or moves the one that is written already into its place.
+fn saved(done: &mut Done, file: Option<Unsaved>, image: &Image, sink: &mut dyn Sink) -> Result<(), Failure> {
+    match (&image.output.path, file) {
+        (Some(path), None) => {
+            (done.files, done.piped) = output::write(&done.frame, None, path, image)?.save(path, sink)?;
+        }
+        (Some(path), Some(file)) => {
+            file.save().map_err(Failure::new)?;
+            done.files = vec![path.clone()];
+        }
+        (None, _) => {}
+    }
+    Ok(())
 }
 
 /// Compiles the shader in all forms that the request needs.
