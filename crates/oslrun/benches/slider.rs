@@ -1,9 +1,15 @@
-//! From a slider of the live page to its picture: a shader with a texture of 4096 by 4096 pixels, a picture of 512 by
-//! 512. The first picture reads both files; the following ones are timed.
+//! From a slider of the live page to its picture: a shader with a texture of 4096 by 4096 pixels, a picture
+//! of 512 by 512. The first picture reads both files; the following ones are timed.
 //!
 //! cargo bench -p oslrun --bench slider
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, reason = "a bench may fail, and prints")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a bench may fail, and prints"
+)]
 
 #[path = "../tests/studio_client/mod.rs"]
 mod studio_client;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 /// The lines that a function may have.
 const SCREEN: usize = 80;
 
-/// Longer functions, by file and name: tables with short arms, and the rest, which are to be split. No function
-/// is added to this list.
+/// Longer functions, by file and name: tables with short arms, and the rest, which are to be split. No
+/// function is added to this list.
 const LONG: [(&str, &str); 12] = [
     ("osl-exec/src/program/compile.rs", "inst"),
     ("osl-hir/src/resolve/vocabulary.rs", "function"),
@@ -52,7 +52,7 @@ fn function(line: &str) -> Option<(usize, &str)> {
     let at = words.iter().position(|word| *word == "fn")?;
     let is_prefix = |word: &&str| word.starts_with("pub") || ["const", "unsafe", "async"].contains(word);
     let name = words.get(at + 1)?.split(['(', '<']).next()?;
-    words[..at].iter().all(|word| is_prefix(&word) || word.starts_with("in")).then_some((indent, name))
+    words[..at].iter().all(|word| is_prefix(word) || word.starts_with("in")).then_some((indent, name))
 }
 
 #[test]

@@ -64,7 +64,8 @@ pub struct Facts {
     pub query: bool,
     /// Whether the options of texture lookups may follow its parameters.
     pub lookup: bool,
-    /// Whether its result depends on the object, the ray or the scene, beyond what the globals of a point say.
+    /// Whether its result depends on the object, the ray or the scene, beyond what the globals of a point
+    /// say.
     pub scene: bool,
     /// What its string arguments name.
     pub spaces: Option<Spaces>,

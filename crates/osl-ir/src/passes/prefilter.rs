@@ -10,8 +10,8 @@
 //! The mean of a sum is the sum of the means, but this does not hold for values that go through another step
 //! or select a cell. So only values that reach the outputs through smooth functions, sums and choices are
 //! widened: the cells of a pattern stay in place. The mean of a straight edge is exact. It is wrong where the
-//! footprint contains a fold, a second edge, or more waves than the derivatives at its centre show. The caller
-//! scales the footprint to the area of a sample.
+//! footprint contains a fold, a second edge, or more waves than the derivatives at its centre show. The
+//! caller scales the footprint to the area of a sample.
 //!
 //! Sources: Norton, Rockwood and Skolmoski 1982 (clamping); Apodaca and Gritz, Advanced RenderMan, 1999,
 //! chapter 11.

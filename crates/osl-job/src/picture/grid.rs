@@ -204,8 +204,8 @@ struct Shaded {
 }
 
 impl Job<'_> {
-    /// Shows a smaller grid before the whole one. One sample for each pixel is enough; if it fails, the whole grid
-    /// says why.
+    /// Shows a smaller grid before the whole one. One sample for each pixel is enough; if it fails, the whole
+    /// grid says why.
     fn show_first(
         &self,
         first: &First<'_>,

@@ -1,5 +1,6 @@
 //! Error statistics, and the tests that a level passes: its error is not larger than that of the original and
-//! not above a bound, its picture is not brighter or darker, and the given image is like the points elsewhere.
+//! not above a bound, its picture is not brighter or darker, and the given image is like the points
+//! elsewhere.
 
 use super::ground::Sides;
 use serde::Serialize;
@@ -139,10 +140,10 @@ impl Off {
     }
 
     /// The first of these tests that an output fails. Its mean square error is not larger than another one's,
-    /// beyond the doubt of two standard errors, or below the tolerance. In elongated pixels, where a pattern of
-    /// lines has as large an error with both, it is not larger beyond doubt. Its root is not above the bound. And
-    /// its mean over the picture is not off by more than the tolerance, beyond the doubt of three standard
-    /// errors.
+    /// beyond the doubt of two standard errors, or below the tolerance. In elongated pixels, where a pattern
+    /// of lines has as large an error with both, it is not larger beyond doubt. Its root is not above the
+    /// bound. And its mean over the picture is not off by more than the tolerance, beyond the doubt of three
+    /// standard errors.
     pub(super) fn fault(
         &self,
         other: &Off,

@@ -1,6 +1,6 @@
 //! The points on which levels are measured: an image whose pixels are larger in pattern space, square or
-//! elongated, so that it shows more of the pattern. Inputs that depend on the surface and the view take random
-//! values, so that a mean over the points is a mean over surfaces.
+//! elongated, so that it shows more of the pattern. Inputs that depend on the surface and the view take
+//! random values, so that a mean over the points is a mean over surfaces.
 
 use crate::sample::{PixelPosition, Surface};
 use osl_exec::{Blocks, Datum, PointSource};

@@ -1,10 +1,10 @@
-//! Levels of detail of a shader: one source in which all outputs are their means where a pixel covers so much of
-//! the pattern that a sample of the original is a worse answer, and in which noise fades and edges become
+//! Levels of detail of a shader: one source in which all outputs are their means where a pixel covers so much
+//! of the pattern that a sample of the original is a worse answer, and in which noise fades and edges become
 //! softer before.
 //!
-//! `inputs` finds what the outputs depend on, `ground` makes points with larger pixels, `judge` measures errors
-//! there, `errors` and `original` test them, `noise`, `edges` and `search` find what replaces parts of the
-//! shader, and `write` writes the source. All is chosen on some points and judged on others; [`text`] and
+//! `inputs` finds what the outputs depend on, `ground` makes points with larger pixels, `judge` measures
+//! errors there, `errors` and `original` test them, `noise`, `edges` and `search` find what replaces parts of
+//! the shader, and `write` writes the source. All is chosen on some points and judged on others; [`text`] and
 //! [`html`] format a [`Report`].
 
 mod edges;

@@ -1,5 +1,5 @@
-//! Errors of the unchanged shader by the shape of a pixel and the set of points; what replaces the shader must
-//! match them.
+//! Errors of the unchanged shader by the shape of a pixel and the set of points; what replaces the shader
+//! must match them.
 
 use super::errors::{Bounds, Fault, Off};
 use super::ground::{By, Sides};
@@ -34,8 +34,8 @@ impl Sizes {
 /// The errors of something else in all sets with some sizes, or the first test that it fails.
 pub(super) type Verdict = Result<Vec<Off>, Fault>;
 
-/// What is known of the original: for square pixels at the points that were held out, at those on which levels
-/// are made, and in the given image; for elongated ones at points that were held out.
+/// What is known of the original: for square pixels at the points that were held out, at those on which
+/// levels are made, and in the given image; for elongated ones at points that were held out.
 pub(super) struct Original {
     list: Vec<Known>,
     pub(super) bounds: Bounds,

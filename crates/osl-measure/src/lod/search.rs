@@ -77,8 +77,8 @@ const LATEST: f64 = 0.75;
 const SWITCH: f64 = 6.0;
 
 impl Search<'_, '_> {
-    /// The level at which nothing of the body runs, with the measure of a pixel's size that leaves the smaller
-    /// errors.
+    /// The level at which nothing of the body runs, with the measure of a pixel's size that leaves the
+    /// smaller errors.
     pub(super) fn far(&mut self) -> Result<Option<Far>, RunError> {
         let program = self.source.program;
         let mut outputs = program.shader.params.iter().filter(|param| param.output);
@@ -340,8 +340,8 @@ impl Search<'_, '_> {
         self.known.verdict(&mut errors, (sizes, false))
     }
 
-    /// Whether the written shader is good at all sizes and in the middle of the fade. If not, returns the test
-    /// that failed and whether the far level is to blame, not a change in place.
+    /// Whether the written shader is good at all sizes and in the middle of the fade. If not, returns the
+    /// test that failed and whether the far level is to blame, not a change in place.
     pub(super) fn check(
         &self,
         written: &Variant,

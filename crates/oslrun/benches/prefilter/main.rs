@@ -1,5 +1,6 @@
 //! How many pixels `--prefilter` makes better and worse, and what it costs: 71 shaders in three sizes, with
-//! one sample in each pixel. The truth is that of the bench `max_error`: 1024 to 4096 samples at 16384 pixels.
+//! one sample in each pixel. The truth is that of the bench `max_error`: 1024 to 4096 samples at 16384
+//! pixels.
 //!
 //! A pixel is worse if its error, less twice the standard error of the truth, exceeds by more than 1 % of the
 //! range both the error of the plain pixel and the standard deviation of a sample in this pixel, which is

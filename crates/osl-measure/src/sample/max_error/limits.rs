@@ -1,4 +1,5 @@
-//! The stopping rule: for each number of samples, the largest error estimate at which a pixel needs no others.
+//! The stopping rule: for each number of samples, the largest error estimate at which a pixel needs no
+//! others.
 //!
 //! No formula knows how reliable an estimate is for an unknown shader, so the limits are fitted to pilot
 //! pixels, whose errors are known from twice as many samples or more. One in a thousand pixels may exceed the
@@ -38,8 +39,8 @@ impl Rung {
         self.tried.iter().filter(|(_, error)| above(*error, bound)).count()
     }
 
-    /// For each pixel, in the order of their estimates, the share of pixels with similar estimates that exceed
-    /// a bound: one in 256 on either side, at least two.
+    /// For each pixel, in the order of their estimates, the share of pixels with similar estimates that
+    /// exceed a bound: one in 256 on either side, at least two.
     fn failing(&self, bound: f32) -> Vec<f32> {
         let mut sums = vec![0_u32];
         let mut sum = 0;

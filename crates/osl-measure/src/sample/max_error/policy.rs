@@ -1,5 +1,5 @@
-//! The numbers that decide how much is spent on finding out, and how sure a decision must be. They were chosen
-//! with `cargo bench -p oslrun --bench max_error`, which shows what a change is worth.
+//! The numbers that decide how much is spent on finding out, and how sure a decision must be. They were
+//! chosen with `cargo bench -p oslrun --bench max_error`, which shows what a change is worth.
 
 /// Share of the pixels whose error may exceed the bound.
 pub const PROMISED: f64 = 1e-3;
