@@ -5,7 +5,7 @@
 //! ([`picture::run`]). While it runs, a [`Sink`] gets typed [`Event`]s: diagnostics, messages of shaders,
 //! notes and text. The result is a [`Done`] with values, ranges and the names of the written files. The
 //! modules follow the way of the data: [`request`] says what is wanted, [`source`] reads and compiles,
-//! [`picture`] shades points, [`report`] counts and describes what came out, [`file`] writes it.
+//! [`picture`] shades points, [`report`] counts and describes what came out, [`mod@file`] writes it.
 //!
 //! The crate must not know the command line, its options, a terminal, or how messages look: clients turn
 //! events into text or JSON.

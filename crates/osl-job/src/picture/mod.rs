@@ -1,7 +1,7 @@
 //! From a request to values: shades the points of an [`Image`] and writes its file.
 //!
-//! [`run`] chooses the way: [`grid`] shades the patch, [`surface`] what a camera sees of a surface, and
-//! [`lit`] renders a surface with light. [`setup`] makes what all of them need; [`sampling`] and [`within`]
+//! [`run`] chooses the way: `grid` shades the patch, `surface` what a camera sees of a surface, and
+//! `lit` renders a surface with light. `setup` makes what all of them need; `sampling` and `within`
 //! make pictures with several samples for each pixel.
 
 mod grid;
