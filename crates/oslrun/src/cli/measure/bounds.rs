@@ -1,10 +1,10 @@
 //! `oslrun bounds FILE`: proves what holds at every point.
 
 use super::Clock;
-use crate::cli::options::points::{DataArgs, GridArgs, SceneArgs};
+use crate::cli::options::points::PatchArgs;
 use crate::cli::options::reading::FormatArgs;
 use crate::cli::options::running::ThreadArgs;
-use crate::cli::options::shader::{NetworkArgs, OutputsArgs, ShaderArgs, WriteArgs};
+use crate::cli::options::shader::SubjectArgs;
 use crate::cli::print::Console;
 use clap::Args;
 use osl_exec::PointSource;
@@ -12,7 +12,6 @@ use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_ir::types::{Base, Type};
 use osl_job::picture::setup::{grid, grid_spaces, on_threads, options, services};
-use osl_job::request::Running;
 use osl_job::request::values::seconds;
 use osl_job::source::data;
 use osl_job::source::load::{self, LoadedShader, Request};
@@ -38,19 +37,9 @@ pub(in crate::cli) struct BoundsArgs {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
-    shader: ShaderArgs,
+    subject: SubjectArgs,
     #[command(flatten)]
-    network: NetworkArgs,
-    #[command(flatten)]
-    outputs: OutputsArgs,
-    #[command(flatten)]
-    write: WriteArgs,
-    #[command(flatten)]
-    grid: GridArgs,
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    data: DataArgs,
+    patch: PatchArgs,
     #[command(flatten)]
     threads: ThreadArgs,
     #[command(flatten)]
@@ -59,16 +48,9 @@ pub(in crate::cli) struct BoundsArgs {
 
 impl BoundsArgs {
     fn image(&self) -> Image {
-        let mut shader = self.shader.shader(Some(&self.network));
-        shader.outputs = self.outputs.names();
-        shader.write = self.write.path();
-        Image {
-            shader,
-            points: self.grid.points(),
-            provided: self.scene.provided(Some(&self.data)),
-            running: Running { threads: self.threads.count(), ..Running::default() },
-            ..Image::default()
-        }
+        let mut image = self.patch.image(self.subject.shader());
+        image.running.threads = self.threads.count();
+        image
     }
 }
 

@@ -1,8 +1,8 @@
 //! `oslrun explain FILE --at X,Y`: shows what a shader does at one point; `--cost`: what each output costs.
 
-use crate::cli::options::points::{DataArgs, GridArgs, OnArgs, Pair, SceneArgs, both};
+use crate::cli::options::points::{OnArgs, Pair, PatchArgs, both};
 use crate::cli::options::reading::FormatArgs;
-use crate::cli::options::shader::{NetworkArgs, OutputsArgs, ShaderArgs, WriteArgs};
+use crate::cli::options::shader::SubjectArgs;
 use crate::cli::print::{Console, json};
 use clap::Args;
 use osl::stages;
@@ -13,7 +13,6 @@ use osl_ir::passes;
 use osl_job::picture::setup::{self, grid, grid_spaces, services, spaces};
 use osl_job::picture::sight;
 use osl_job::report::messages::Report;
-use osl_job::request::Points;
 use osl_job::source::data;
 use osl_job::source::load::{self, LoadedShader, Request};
 use osl_job::{Failure, Image, Sink};
@@ -61,36 +60,20 @@ pub(in crate::cli) struct ExplainArgs {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
-    shader: ShaderArgs,
+    subject: SubjectArgs,
     #[command(flatten)]
-    network: NetworkArgs,
-    #[command(flatten)]
-    outputs: OutputsArgs,
-    #[command(flatten)]
-    write: WriteArgs,
-    #[command(flatten)]
-    grid: GridArgs,
+    patch: PatchArgs,
     #[command(flatten)]
     on: OnArgs,
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    data: DataArgs,
     #[command(flatten)]
     format: FormatArgs,
 }
 
 impl ExplainArgs {
     fn image(&self) -> Image {
-        let mut shader = self.shader.shader(Some(&self.network));
-        shader.outputs = self.outputs.names();
-        shader.write = self.write.path();
-        Image {
-            shader,
-            points: Points { surface: self.on.surface(), ..self.grid.points() },
-            provided: self.scene.provided(Some(&self.data)),
-            ..Image::default()
-        }
+        let mut image = self.patch.image(self.subject.shader());
+        image.points.surface = self.on.surface();
+        image
     }
 
     /// What to show of the explanation.

@@ -1,10 +1,10 @@
 //! `oslrun sanitize FILE`: counts numeric events by source line.
 
 use super::Clock;
-use crate::cli::options::points::{DataArgs, GridArgs, OnArgs, SceneArgs};
+use crate::cli::options::points::{OnArgs, PatchArgs};
 use crate::cli::options::reading::FormatArgs;
 use crate::cli::options::running::ThreadArgs;
-use crate::cli::options::shader::{NetworkArgs, OutputsArgs, ShaderArgs, WriteArgs};
+use crate::cli::options::shader::SubjectArgs;
 use crate::cli::print::Console;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -14,7 +14,6 @@ use osl_job::file::map;
 use osl_job::picture::setup::{self, grid, services};
 use osl_job::picture::sight;
 use osl_job::request::values::{image_path, seconds};
-use osl_job::request::{Points, Running};
 use osl_job::source::data;
 use osl_job::source::load::{self, LoadedShader, Request};
 use osl_job::{Failure, Image, Sink};
@@ -49,21 +48,11 @@ pub(in crate::cli) struct SanitizeArgs {
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
     map: Option<PathBuf>,
     #[command(flatten)]
-    shader: ShaderArgs,
+    subject: SubjectArgs,
     #[command(flatten)]
-    network: NetworkArgs,
-    #[command(flatten)]
-    outputs: OutputsArgs,
-    #[command(flatten)]
-    write: WriteArgs,
-    #[command(flatten)]
-    grid: GridArgs,
+    patch: PatchArgs,
     #[command(flatten)]
     on: OnArgs,
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    data: DataArgs,
     #[command(flatten)]
     threads: ThreadArgs,
     #[command(flatten)]
@@ -72,16 +61,10 @@ pub(in crate::cli) struct SanitizeArgs {
 
 impl SanitizeArgs {
     fn image(&self) -> Image {
-        let mut shader = self.shader.shader(Some(&self.network));
-        shader.outputs = self.outputs.names();
-        shader.write = self.write.path();
-        Image {
-            shader,
-            points: Points { surface: self.on.surface(), ..self.grid.points() },
-            provided: self.scene.provided(Some(&self.data)),
-            running: Running { threads: self.threads.count(), ..Running::default() },
-            ..Image::default()
-        }
+        let mut image = self.patch.image(self.subject.shader());
+        image.points.surface = self.on.surface();
+        image.running.threads = self.threads.count();
+        image
     }
 }
 

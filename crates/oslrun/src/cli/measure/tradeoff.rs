@@ -1,9 +1,9 @@
 //! `oslrun tradeoff FILE`: measures speed against accuracy.
 
-use crate::cli::options::points::{DataArgs, GridArgs, SceneArgs};
+use crate::cli::options::points::PatchArgs;
 use crate::cli::options::reading::FormatArgs;
 use crate::cli::options::running::RunningArgs;
-use crate::cli::options::shader::{NetworkArgs, OutputsArgs, ShaderArgs, WriteArgs};
+use crate::cli::options::shader::SubjectArgs;
 use crate::cli::print::{Console, busy};
 use clap::Args;
 use osl::stages::{self, Compiled};
@@ -30,19 +30,9 @@ use std::time::Duration;
 #[derive(Debug, Args)]
 pub(in crate::cli) struct TradeoffArgs {
     #[command(flatten)]
-    shader: ShaderArgs,
+    subject: SubjectArgs,
     #[command(flatten)]
-    network: NetworkArgs,
-    #[command(flatten)]
-    outputs: OutputsArgs,
-    #[command(flatten)]
-    write: WriteArgs,
-    #[command(flatten)]
-    grid: GridArgs,
-    #[command(flatten)]
-    scene: SceneArgs,
-    #[command(flatten)]
-    data: DataArgs,
+    patch: PatchArgs,
     #[command(flatten)]
     running: RunningArgs,
     #[command(flatten)]
@@ -63,16 +53,7 @@ pub(in crate::cli) struct TradeoffArgs {
 
 impl TradeoffArgs {
     fn image(&self) -> Image {
-        let mut shader = self.shader.shader(Some(&self.network));
-        shader.outputs = self.outputs.names();
-        shader.write = self.write.path();
-        Image {
-            shader,
-            points: self.grid.points(),
-            provided: self.scene.provided(Some(&self.data)),
-            running: self.running.running(),
-            ..Image::default()
-        }
+        Image { running: self.running.running(), ..self.patch.image(self.subject.shader()) }
     }
 }
 

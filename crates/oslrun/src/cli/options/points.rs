@@ -2,9 +2,10 @@
 
 use super::heading;
 use clap::{ArgGroup, Args};
+use osl_job::Image;
 use osl_job::request::globals::{GlobalValue, GlobalValues, global, seconds};
 use osl_job::request::values::{Crop, Gained, assignment, crop, gained, grid, matrix, pair, position};
-use osl_job::request::{Points, Provided, Surface};
+use osl_job::request::{Points, Provided, Shader, Surface};
 use osl_scene::glam::Vec3;
 use std::path::PathBuf;
 
@@ -177,5 +178,24 @@ impl DataArgs {
     fn data(&self) -> (Vec<(String, String)>, Option<PathBuf>, GlobalValues) {
         let globals = GlobalValues { time: self.time, global: self.global.clone() };
         (self.userdata.clone(), self.attributes.clone(), globals)
+    }
+}
+
+/// The points of the patch, with all that the renderer provides there.
+#[derive(Clone, Debug, Args)]
+pub(in crate::cli) struct PatchArgs {
+    #[command(flatten)]
+    grid: GridArgs,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    data: DataArgs,
+}
+
+impl PatchArgs {
+    /// A shader at these points.
+    pub(in crate::cli) fn image(&self, shader: Shader) -> Image {
+        let provided = self.scene.provided(Some(&self.data));
+        Image { shader, points: self.grid.points(), provided, ..Image::default() }
     }
 }

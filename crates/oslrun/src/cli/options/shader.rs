@@ -148,3 +148,24 @@ impl WriteArgs {
         self.write.clone()
     }
 }
+
+/// A shader or group that is examined, and which of its outputs.
+#[derive(Clone, Debug, Args)]
+pub(in crate::cli) struct SubjectArgs {
+    #[command(flatten)]
+    shader: ShaderArgs,
+    #[command(flatten)]
+    network: NetworkArgs,
+    #[command(flatten)]
+    outputs: OutputsArgs,
+    #[command(flatten)]
+    write: WriteArgs,
+}
+
+impl SubjectArgs {
+    /// The shader.
+    pub(in crate::cli) fn shader(&self) -> Shader {
+        let shader = self.shader.shader(Some(&self.network));
+        Shader { outputs: self.outputs.names(), write: self.write.path(), ..shader }
+    }
+}
