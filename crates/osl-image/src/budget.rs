@@ -24,12 +24,9 @@ pub(crate) struct Slot {
 }
 
 impl Slot {
-    /// Empties the slot if it holds a failure.
-    pub(crate) fn forget_failure(&self) {
-        let mut cell = lock(&self.cell);
-        if matches!(cell.get(), Some(Err(_))) {
-            *cell = Arc::default();
-        }
+    /// Whether the slot holds a texture.
+    pub(crate) fn holds_texture(&self) -> bool {
+        matches!(lock(&self.cell).get(), Some(Ok(_)))
     }
 
     /// Empties the slot if nobody else holds its texture or is about to.

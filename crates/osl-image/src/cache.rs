@@ -125,12 +125,13 @@ impl TextureCache {
         Self { shared: Arc::new(shared), limits: limits.clone() }
     }
 
-    /// The same textures for other work, under its limits. What failed before is tried again: that work may
-    /// have been cancelled.
+    /// The same textures for other work, under its limits. Names without a texture are forgotten: that work
+    /// may have been cancelled.
     #[must_use]
     pub fn renewed(&self, limits: &Limits) -> Self {
-        let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
-        slots.first.values().chain(slots.others.values()).for_each(|slot| slot.forget_failure());
+        let mut slots = self.shared.slots.write().unwrap_or_else(PoisonError::into_inner);
+        slots.first.retain(|_, slot| slot.holds_texture());
+        slots.others.retain(|_, slot| slot.holds_texture());
         drop(slots);
         Self { shared: Arc::clone(&self.shared), limits: limits.clone() }
     }

@@ -123,8 +123,7 @@ impl Session {
     pub(crate) fn note_textures(&self, began: SystemTime) {
         let Some(kept) = &self.0 else { return };
         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(Entry { key, files, made }) = kept.textures.take() else { return };
-        let known = files.into_keys().collect::<Vec<_>>();
-        kept.textures = Entry::new(key, began, made.places([]).into_iter().chain(known), made);
+        let Some(Entry { key, made, .. }) = kept.textures.take() else { return };
+        kept.textures = Entry::new(key, began, made.places([]), made);
     }
 }
