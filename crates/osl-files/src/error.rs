@@ -64,6 +64,9 @@ pub enum FileError {
     /// There is no such folder.
     #[error("there is no folder {}", .0.display())]
     NoFolder(PathBuf),
+    /// A folder has more entries than a search looks at.
+    #[error("it has more than {0} entries")]
+    TooMany(usize),
     /// The name of an output contains something that a file name must not contain.
     #[error("a file name cannot be made of `{0}`")]
     Name(String),

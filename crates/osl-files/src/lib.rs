@@ -8,6 +8,7 @@
 //! read ([`protect_inputs`]). The crate must not know formats, shaders or the command line.
 
 mod error;
+mod folder;
 mod inputs;
 mod open;
 mod parts;
@@ -16,7 +17,8 @@ mod roots;
 mod save;
 
 pub use error::{FileError, Kind, SaveError};
-pub use inputs::{forget_inputs, is_same, permit_rewrite, protect_inputs};
+pub use folder::{files_below, has_file};
+pub use inputs::{Used, forget_inputs, is_same, permit_rewrite, protect_inputs, used};
 pub use parts::abandon;
 pub use read::{Opened, Stamp, open_named, read_stream, stamp, text};
 pub use roots::Roots;

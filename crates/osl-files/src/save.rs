@@ -250,6 +250,9 @@ pub fn save_all(files: Vec<Unsaved>) -> Result<(), SaveError> {
     }
     // The remaining part files are removed when they are dropped, which takes the same lock.
     drop(parts);
+    if result.is_ok() {
+        ready.iter().for_each(|(_, path)| inputs::note_written(path));
+    }
     result
 }
 

@@ -439,6 +439,19 @@ fn single(
 /// The part of a file's name that stands for the output.
 const OUTPUT: &str = "{output}";
 
+/// Whether the picture of a path is there: the file itself, or a file of one of its outputs. The files of one
+/// picture are moved into place together.
+pub fn is_there(path: &Path) -> bool {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return false };
+    let stem = |ending: &str| name.strip_suffix(ending).map(|stem| (format!("{stem}."), ending.to_string()));
+    let parts = match name.split_once(OUTPUT) {
+        Some((before, after)) => Some((before.to_string(), after.to_string())),
+        None => path.extension().and_then(|ending| stem(&format!(".{}", ending.to_str()?))),
+    };
+    path.is_file() || parts.is_some_and(|(before, after)| osl_files::has_file(folder, &before, &after))
+}
+
 /// Files, one for each output.
 pub struct ImageSet<'a> {
     path: &'a Path,

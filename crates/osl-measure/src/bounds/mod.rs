@@ -125,6 +125,18 @@ pub struct Report {
     pub claims: Vec<Claim>,
 }
 
+impl Report {
+    /// The kinds of events of which it is not proven that they never happen, also in the outputs.
+    pub fn open_kinds(&self) -> Vec<Kind> {
+        let claims =
+            self.claims.iter().filter(|claim| claim.verdict != Verdict::Proven).map(|claim| claim.kind);
+        let has = |kind, open: fn(&Output) -> bool| self.outputs.iter().any(open).then_some(kind);
+        let nan = has(Kind::Nan, |output| output.never_nan != Verdict::Proven);
+        let infinity = has(Kind::Infinity, |output| !output.is_finite);
+        claims.chain(nan).chain(infinity).collect()
+    }
+}
+
 /// A number, or a word for what JSON has no number for.
 fn number<S: Serializer>(x: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     match x {

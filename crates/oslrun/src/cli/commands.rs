@@ -10,6 +10,7 @@ use super::measure::lod::LodArgs;
 use super::measure::sanitize::SanitizeArgs;
 use super::measure::stability::StabilityArgs;
 use super::measure::tradeoff::TradeoffArgs;
+use super::options::reading;
 use super::picture::book::BookArgs;
 use super::picture::compare::CompareArgs;
 use super::picture::render::RenderArgs;
@@ -22,6 +23,7 @@ use super::source::info::InfoArgs;
 use super::source::ir::IrArgs;
 use clap::{Args, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 /// Compile and run Open Shading Language files on the CPU.
 #[derive(Debug, Parser)]
@@ -37,15 +39,15 @@ pub(super) struct Cli {
 /// The options of a run, if the command line is one, without an error and without a command.
 ///
 /// Describing the options of all commands takes longer than compiling a shader, so that a run describes
-/// only its own. Every other line, also one with an error, is left to [`Cli`].
-pub(super) fn run_alone(args: &[OsString]) -> Option<RunArgs> {
+/// only its own. The second value is the file of `--deps`. Every other line, also one with an error, is left to [`Cli`].
+pub(super) fn run_alone(args: &[OsString]) -> Option<(RunArgs, Option<PathBuf>)> {
     let first = args.get(1)?.to_str()?;
     if first == "help" || Command::has_subcommand(first) {
         return None;
     }
     let command = RunArgs::augment_args(clap::Command::new("oslrun")).disable_version_flag(true);
     let found = command.try_get_matches_from(args).ok()?;
-    RunArgs::from_arg_matches(&found).ok()
+    Some((RunArgs::from_arg_matches(&found).ok()?, reading::deps(&found)))
 }
 
 /// The commands other than running a shader.
@@ -119,7 +121,7 @@ mod tests {
             "oslrun",
         ];
         for line in lines.map(words) {
-            let alone = run_alone(&line);
+            let alone = run_alone(&line).map(|(alone, _)| alone);
             let all = Cli::try_parse_from(&line).ok();
             assert!(all.as_ref().is_none_or(|all| all.command.is_none()), "{line:?}");
             let all = all.map(|all| all.run);

@@ -24,34 +24,36 @@ use clap::{CommandFactory, FromArgMatches};
 use commands::{Cli, Command};
 use help::{doc, explain_error, misspelt, pages, version};
 use measure::{bounds, explain, lod, sanitize, stability, tradeoff};
+use options::reading;
 use osl_job::Failure;
 use picture::{book, compare, render, run, studio};
-use print::{Console, checked, json_is_asked};
-use source::{check, compile, fmt, info, ir};
+use print::{Console, Manner, checked, manner};
+use source::{check, compile, deps, fmt, info, ir};
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::PathBuf;
 
 /// Runs the command and returns its exit code. Nothing of the standard output is lost in silence.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
-    let json = json_is_asked(&args);
+    let manner = manner(&args);
     let mut out = checked::Checked::new(out);
-    let code = command(&args, &mut out, err, json);
+    let code = command(&args, &mut out, err, manner);
     match out.finish() {
         Ok(()) => code,
         Err(error) => {
             let why = format!("cannot write to the standard output: {error}");
-            Console::new(&mut std::io::sink(), err, json).error(&why);
+            Console::new(&mut std::io::sink(), err, manner).error(&why);
             code.max(1)
         }
     }
 }
 
-fn command(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write, json: bool) -> u8 {
+fn command(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write, manner: Manner) -> u8 {
     if let Some(code) = compat::run(args, out, err) {
         return code;
     }
-    let console = &mut Console::new(out, err, json);
+    let console = &mut Console::new(out, err, manner);
     if let Some(text) = misspelt::command(args, Cli::command) {
         console.error(&text);
         return 2;
@@ -60,13 +62,13 @@ fn command(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write, json: bo
         console.report(&format!("{text}\n"));
         return 0;
     }
-    if let Some(own) = commands::run_alone(args) {
-        let result = run::run(&own, args, console);
+    if let Some((own, deps)) = commands::run_alone(args) {
+        let result = run::run(&own, args, console).and_then(|()| deps::write(deps));
         return exit_code(result, console);
     }
     match parsed(args) {
-        Ok(cli) => {
-            let result = answered(&cli, args, console);
+        Ok((cli, deps)) => {
+            let result = answered(&cli, args, console).and_then(|()| deps::write(deps));
             exit_code(result, console)
         }
         Err(Unread::Wrong(text)) => {
@@ -94,8 +96,8 @@ enum Unread {
     Help(String),
 }
 
-/// Reads the command line.
-fn parsed(args: &[OsString]) -> Result<Cli, Unread> {
+/// Reads the command line. The second value is the file of `--deps`.
+fn parsed(args: &[OsString]) -> Result<(Cli, Option<PathBuf>), Unread> {
     let line = Cli::command();
     let found = line.clone().try_get_matches_from(args);
     if let Some((compare::NAME, options)) = found.as_ref().ok().and_then(clap::ArgMatches::subcommand)
@@ -103,7 +105,8 @@ fn parsed(args: &[OsString]) -> Result<Cli, Unread> {
     {
         return Err(Unread::Wrong(text));
     }
-    found.and_then(|found| Cli::from_arg_matches(&found)).map_err(|usage| {
+    let read = |found| Ok((Cli::from_arg_matches(&found)?, reading::deps(&found)));
+    found.and_then(read).map_err(|usage| {
         if let Some(text) = misspelt::usage(args, &usage, &line) {
             return Unread::Wrong(text);
         }

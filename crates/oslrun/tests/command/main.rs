@@ -33,6 +33,7 @@ mod doc;
 mod effects;
 mod encodings;
 mod explain;
+mod farm;
 mod film;
 mod fmt;
 mod geometry;

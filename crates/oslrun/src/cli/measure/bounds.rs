@@ -1,6 +1,6 @@
 //! `oslrun bounds FILE`: proves what holds at every point.
 
-use super::Clock;
+use super::{Clock, fail_on};
 use crate::cli::options::points::PatchArgs;
 use crate::cli::options::reading::FormatArgs;
 use crate::cli::options::running::ThreadArgs;
@@ -33,6 +33,10 @@ pub(in crate::cli) struct BoundsArgs {
     /// Maximum number of tiles, the parts of the domain for which bounds are computed.
     #[arg(long, value_name = "N", default_value_t = Effort::default().tiles)]
     tiles: usize,
+    /// End with exit code 1 unless it is proven that none of these events happens: the kinds of `sanitize`,
+    /// such as zero-division, domain, index, nan, infinity; or any.
+    #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = fail_on::kind)]
+    fail_on: Vec<fail_on::FailOn>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -132,10 +136,13 @@ pub(in crate::cli) fn bounds(args: &BoundsArgs, console: &mut Console<'_>) -> Re
     let effort = Effort { tiles: args.tiles, ..Effort::default() };
     let prove = || bounds::prove(&subject, (&services, &points, &sources), &domain, effort, &name);
     let report = on_threads(image.running.threads, prove)?;
-    if args.json {
-        return console.object(&report);
+    match args.json {
+        true => console.object(&report)?,
+        false => console.escaped(&bounds::text::text(&report)),
     }
-    console.escaped(&bounds::text::text(&report));
+    if report.open_kinds().into_iter().any(|kind| fail_on::fails(&args.fail_on, kind)) {
+        return Err(Failure::said());
+    }
     Ok(())
 }
 

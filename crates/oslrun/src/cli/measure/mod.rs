@@ -3,6 +3,7 @@
 pub(super) mod bounds;
 mod clock;
 pub(super) mod explain;
+mod fail_on;
 pub(super) mod lod;
 mod repair;
 pub(super) mod sanitize;

@@ -1,6 +1,6 @@
 //! `oslrun sanitize FILE`: counts numeric events by source line.
 
-use super::Clock;
+use super::{Clock, fail_on};
 use crate::cli::options::points::{OnArgs, PatchArgs};
 use crate::cli::options::reading::FormatArgs;
 use crate::cli::options::running::ThreadArgs;
@@ -34,8 +34,8 @@ pub(in crate::cli) struct SanitizeArgs {
     budget: f64,
     /// End with exit code 1 if one of these events happens: int-overflow, int-conversion, zero-division,
     /// domain, edges, index, nan, infinity, cancellation, denormal; or any.
-    #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
-    fail_on: Vec<FailOn>,
+    #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = fail_on::kind)]
+    fail_on: Vec<fail_on::FailOn>,
     /// Also follow up to 1024 of the points three times with random rounding, and say in how many digits the
     /// results agree and where digits fall apart: a second opinion that needs no double precision.
     #[arg(long)]
@@ -66,23 +66,6 @@ impl SanitizeArgs {
         image.running.threads = self.threads.count();
         image
     }
-}
-
-/// An event that fails the command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FailOn {
-    Any,
-    One(Kind),
-}
-
-fn kind(text: &str) -> Result<FailOn, String> {
-    if text == "any" {
-        return Ok(FailOn::Any);
-    }
-    Kind::from_name(text).map(FailOn::One).ok_or_else(|| {
-        let names: Vec<&str> = Kind::ALL.into_iter().map(Kind::name).collect();
-        format!("the kinds are any, {}", names.join(", "))
-    })
 }
 
 /// The points, the pixel of each if they are those of a surface, and the services.
@@ -146,8 +129,7 @@ pub(in crate::cli) fn sanitize(args: &SanitizeArgs, console: &mut Console<'_>) -
         map::write(path, (width, height), &Kind::ALL.map(layer), 1.0)?;
         console.text(&format!("wrote {}", path.display()));
     }
-    let fails = |kind: Kind| args.fail_on.iter().any(|w| [FailOn::Any, FailOn::One(kind)].contains(w));
-    match report.events.iter().any(|event| fails(event.kind)) {
+    match report.events.iter().any(|event| fail_on::fails(&args.fail_on, event.kind)) {
         true => Err(Failure::said()),
         false => Ok(()),
     }

@@ -8,8 +8,8 @@ use crate::cli::options::running::StepArgs;
 use crate::cli::options::shader::{NetworkArgs, OutputsArgs, ShaderArgs};
 use crate::cli::print::{Console, json};
 use crate::cli::source::info::{self, Parameter};
-use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use osl_job::file::map;
 use osl_job::picture::setup::{grid, grid_spaces, options, services, stopped};
 use osl_job::request::Points;
@@ -17,7 +17,7 @@ use osl_job::request::values::{self, image_path, seconds};
 use osl_job::source::load::{self, LoadedShader, Request};
 use osl_job::source::reads::Reads;
 use osl_job::{Failure, Image, NoSink, Sink};
-use osl_measure::stability::{self, Base, Examined, Knob, Planes, Setting, Subject, digits_lost};
+use osl_measure::stability::{self, Base, Examined, Knob, Planes, Setting, Subject, Trial, digits_lost};
 use osl_scene::Grid;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -47,6 +47,10 @@ pub(in crate::cli) struct StabilityArgs {
     /// Show the result of every setting, and all lines.
     #[arg(long)]
     all: bool,
+    /// End with exit code 1 if a point has one of these at the given setting: error (it exceeds the
+    /// tolerance), nan, infinity; or any.
+    #[arg(long, value_name = "KIND,…", value_delimiter = ',')]
+    fail_on: Vec<FailOn>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -75,6 +79,26 @@ pub(in crate::cli) struct StabilityArgs {
     steps: StepArgs,
     #[command(flatten)]
     format: FormatArgs,
+}
+
+/// What fails the command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FailOn {
+    Error,
+    Nan,
+    Infinity,
+    Any,
+}
+
+impl FailOn {
+    fn is_in(self, trial: &Trial) -> bool {
+        trial.outcomes.iter().any(|outcome| match self {
+            FailOn::Error => outcome.wrong > 0.0,
+            FailOn::Nan => outcome.nan > 0.0,
+            FailOn::Infinity => outcome.infinite > 0.0,
+            FailOn::Any => outcome.wrong + outcome.nan + outcome.infinite > 0.0,
+        })
+    }
 }
 
 impl StabilityArgs {
@@ -153,7 +177,12 @@ pub(in crate::cli) fn stability(args: &StabilityArgs, console: &mut Console<'_>)
     }
     console.report(&text);
     files(args, (&examined, repaired.as_deref()), &grid, console)?;
-    report.repair.as_ref().map_or(Ok(()), |found| repair::write(found, run, console))
+    report.repair.as_ref().map_or(Ok(()), |found| repair::write(found, run, console))?;
+    let given = report.trials.first();
+    match given.is_some_and(|given| args.fail_on.iter().any(|kind| kind.is_in(given))) {
+        true => Err(Failure::said()),
+        false => Ok(()),
+    }
 }
 
 fn files(

@@ -2,7 +2,7 @@
 
 use super::heading;
 use super::limits::LimitArgs;
-use clap::{Args, ValueEnum};
+use clap::{ArgMatches, Args, ValueEnum};
 use osl_job::request::lints::{Lints, denied, warning, warning_or_error};
 use osl_job::request::{Reach, Reading};
 use osl_limits::{Cancel, Limits};
@@ -25,8 +25,18 @@ pub(in crate::cli) struct ReadArgs {
     /// returns where its first edge is above the second.
     #[arg(long, value_name = "VERSION", value_parser = version, help_heading = heading::READING)]
     osl_version: Option<Version>,
+    /// Write the files that the command has read to FILE, as a rule for make: its target is what the command
+    /// has written, or FILE itself. A command that fails writes none.
+    #[arg(long, value_name = "FILE", help_heading = heading::FILES)]
+    deps: Option<PathBuf>,
     #[command(flatten)]
     limits: LimitArgs,
+}
+
+/// The file of `--deps` on a command line, for the end of the command.
+pub(in crate::cli) fn deps(line: &ArgMatches) -> Option<PathBuf> {
+    let own = line.subcommand().map_or(line, |(_, own)| own);
+    own.try_get_one("deps").ok().flatten().cloned()
 }
 
 impl ReadArgs {
@@ -72,6 +82,10 @@ pub(in crate::cli) struct FormatArgs {
     /// How errors and warnings are printed.
     #[arg(long, value_enum, default_value_t, help_heading = heading::MESSAGES)]
     message_format: MessageFormat,
+    /// Print errors, warnings and results only: no notes, no progress, and no lines that say which files were
+    /// written.
+    #[arg(long, help_heading = heading::MESSAGES)]
+    quiet: bool,
 }
 
 /// Which warnings are reported.

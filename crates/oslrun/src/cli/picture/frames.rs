@@ -1,9 +1,11 @@
-//! `--frames A-B`: a run for each frame of a film, with the time and the name of the picture from its number.
+//! `--frames LIST`: a run for each frame of a film, with the time and the name of the picture from its
+//! number.
 
 use super::once::{self, Way};
 use crate::cli::options::heading;
 use crate::cli::print::Console;
 use clap::Args;
+use osl_job::file::output::is_there;
 use osl_job::source::reads::Reads;
 use osl_job::{Failure, Image, Sink};
 use std::ops::RangeInclusive;
@@ -15,21 +17,43 @@ const FPS: f64 = 24.0;
 /// The frames to make.
 #[derive(Clone, Debug, Default, Args)]
 pub(in crate::cli) struct FrameArgs {
-    /// Make a picture for each of these frames. The time is the number of the frame divided by --fps. `####`
-    /// in the name after -o becomes the number with at least four digits: out.0007.png.
-    #[arg(long, value_name = "A-B", value_parser = frames, conflicts_with = "time", help_heading = heading::VALUES)]
-    frames: Option<RangeInclusive<u32>>,
+    /// Make a picture for each of these frames: 1-24, or a list as farms write it, 1-3,5,7-11:2 (each second
+    /// one from 7 to 11). The time is the number of the frame divided by --fps. `####` in the name after -o
+    /// becomes the number with at least four digits: out.0007.png.
+    #[arg(long, value_name = "LIST", value_parser = frames, conflicts_with = "time", help_heading = heading::VALUES)]
+    frames: Option<Frames>,
     /// Frames per second (default: 24).
     #[arg(long, value_name = "N", value_parser = fps, requires = "frames", help_heading = heading::VALUES)]
     fps: Option<f64>,
+    /// Leave out frames whose picture is there, so that a film that was stopped goes on. Of several outputs
+    /// in files of their own, the files of all must be there.
+    #[arg(long, requires = "frames", help_heading = heading::VALUES)]
+    skip_existing: bool,
 }
 
-fn frames(text: &str) -> Result<RangeInclusive<u32>, String> {
-    let (first, last) = text.split_once('-').unwrap_or((text, text));
-    match (first.trim().parse::<u32>(), last.trim().parse::<u32>()) {
-        (Ok(first), Ok(last)) if first <= last => Ok(first..=last),
-        (Ok(_), Ok(_)) => Err("the last frame comes before the first".to_string()),
-        _ => Err(format!("frames are FIRST-LAST, such as 1-24, not `{text}`")),
+/// The frames of a list, in its order: ranges with their steps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Frames(Vec<(RangeInclusive<u32>, usize)>);
+
+impl Frames {
+    fn numbers(&self) -> impl Iterator<Item = u32> + '_ {
+        self.0.iter().flat_map(|(range, step)| range.clone().step_by(*step))
+    }
+}
+
+fn frames(text: &str) -> Result<Frames, String> {
+    text.split(',').map(|part| range(part.trim())).collect::<Result<_, _>>().map(Frames)
+}
+
+/// Reads `FIRST-LAST:STEP`, of which the last two may be missing.
+fn range(text: &str) -> Result<(RangeInclusive<u32>, usize), String> {
+    let (range, step) = text.split_once([':', 'x']).unwrap_or((text, "1"));
+    let (first, last) = range.split_once('-').unwrap_or((range, range));
+    match (first.trim().parse::<u32>(), last.trim().parse::<u32>(), step.trim().parse::<usize>()) {
+        (_, _, Ok(0)) => Err("the step between frames is at least 1".to_string()),
+        (Ok(first), Ok(last), Ok(step)) if first <= last => Ok((first..=last, step)),
+        (Ok(_), Ok(_), Ok(_)) => Err("the last frame comes before the first".to_string()),
+        _ => Err(format!("frames are FIRST-LAST, such as 1-24, or a list, 1-3,5,7-11:2, not `{text}`")),
     }
 }
 
@@ -58,10 +82,15 @@ pub(super) fn run(
     };
     // All frames have the same limits, and share the time of the command.
     let mut missed = Ok(());
-    for frame in frames {
+    for frame in frames.numbers() {
         let mut image = image.clone();
         image.provided.globals.time = Some((f64::from(frame) / wanted.fps.unwrap_or(FPS)) as f32);
         image.output.path = numbered(path, frame);
+        if let Some(path) = image.output.path.as_deref().filter(|path| wanted.skip_existing && is_there(path))
+        {
+            console.note(&format!("frame {frame} is left out: {} is there", path.display()));
+            continue;
+        }
         match once::once(&image, way, reads.as_deref_mut(), console) {
             Err(failure) if failure.wrote => missed = Err(failure),
             result => result?,
@@ -96,9 +125,14 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_a_range() {
-        assert_eq!(frames("1-24"), Ok(1..=24));
-        assert_eq!(frames("7"), Ok(7..=7));
-        assert!(frames("5-2").is_err() && frames("-3").is_err() && frames("a-b").is_err());
+    fn frames_are_a_list_of_ranges() {
+        let numbers = |text| frames(text).map(|list| list.numbers().collect::<Vec<_>>());
+        assert_eq!(numbers("1-4"), Ok(vec![1, 2, 3, 4]));
+        assert_eq!(numbers("7"), Ok(vec![7]));
+        assert_eq!(numbers("1-3,5, 7-11:2"), Ok(vec![1, 2, 3, 5, 7, 9, 11]));
+        assert_eq!(numbers("0-9x5"), Ok(vec![0, 5]));
+        for wrong in ["5-2", "-3", "a-b", "", "1,", "1-5:0", "1-5:", "1-4294967296"] {
+            assert!(frames(wrong).is_err(), "{wrong}");
+        }
     }
 }

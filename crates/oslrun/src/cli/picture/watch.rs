@@ -118,6 +118,7 @@ fn next_change(known: &mut Looks, wait: &mut impl FnMut() -> bool) -> Option<Pat
 #[allow(clippy::unwrap_used, reason = "a test says what must hold")]
 mod tests {
     use super::*;
+    use crate::cli::print::Manner;
     use std::path::Path;
 
     const GOOD: &str = "#include \"k.h\"\nshader s(output float f = 0) { f = K * u; }";
@@ -148,8 +149,13 @@ mod tests {
             at += 1;
             true
         };
-        watched((&FrameArgs::default(), &way), image, wait, &mut Console::new(&mut out, &mut err, false))
-            .unwrap();
+        watched(
+            (&FrameArgs::default(), &way),
+            image,
+            wait,
+            &mut Console::new(&mut out, &mut err, Manner::default()),
+        )
+        .unwrap();
         let said = String::from_utf8(err).unwrap();
         (said.replace(&dir.path().display().to_string(), "@"), pictures)
     }

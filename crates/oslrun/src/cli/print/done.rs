@@ -80,7 +80,7 @@ pub(in crate::cli) fn text(
             console.wrote(path);
         }
     }
-    done.messages.wrote(&done.files, console.out);
+    done.messages.wrote(&done.files, console.aside());
     Ok(())
 }
 

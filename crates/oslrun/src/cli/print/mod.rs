@@ -26,29 +26,38 @@ pub(super) struct Console<'a> {
     /// The standard output.
     pub(super) out: &'a mut dyn Write,
     err: &'a mut dyn Write,
-    /// Whether each line of the standard error is a JSON object.
-    json: bool,
+    manner: Manner,
+    nowhere: std::io::Sink,
+}
+
+/// How a command prints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Manner {
+    /// Each line of the standard error is a JSON object.
+    pub(super) json: bool,
+    /// No notes, no progress, and no lines that say which files were written.
+    pub(super) quiet: bool,
 }
 
 impl<'a> Console<'a> {
     /// A console for these streams.
-    pub(super) fn new(out: &'a mut dyn Write, err: &'a mut dyn Write, json: bool) -> Console<'a> {
-        Console { out, err, json }
+    pub(super) fn new(out: &'a mut dyn Write, err: &'a mut dyn Write, manner: Manner) -> Console<'a> {
+        Console { out, err, manner, nowhere: std::io::sink() }
     }
 
     /// A console like this one that writes elsewhere.
     pub(super) fn to<'b>(&self, out: &'b mut dyn Write, err: &'b mut dyn Write) -> Console<'b> {
-        Console { out, err, json: self.json }
+        Console::new(out, err, self.manner)
     }
 
     /// The same console with another standard output.
     pub(super) fn with_out<'b>(&'b mut self, out: &'b mut dyn Write) -> Console<'b> {
-        Console { out, err: &mut *self.err, json: self.json }
+        Console::new(out, &mut *self.err, self.manner)
     }
 
     /// Whether messages are for people, not JSON.
     pub(super) fn is_for_people(&self) -> bool {
-        !self.json
+        !self.manner.json
     }
 
     /// Prints an error.
@@ -58,7 +67,10 @@ impl<'a> Console<'a> {
 
     /// Prints lines that are no messages, such as a table, on the standard error.
     pub(super) fn text(&mut self, text: &str) {
-        if self.json {
+        if self.manner.quiet {
+            return;
+        }
+        if self.manner.json {
             let lines = text.lines().filter(|line| !line.trim().is_empty());
             lines.for_each(|line| json::print(&json::line(Severity::Note, line), self.err));
         } else {
@@ -69,7 +81,7 @@ impl<'a> Console<'a> {
 
     /// Prints what the option parser says about a command line.
     pub(super) fn usage(&mut self, text: &str) {
-        match text.strip_prefix("error: ").filter(|_| self.json) {
+        match text.strip_prefix("error: ").filter(|_| self.manner.json) {
             Some(text) => self.error(text.trim_end()),
             None => {
                 let _ = write!(self.err, "{}", shown(text));
@@ -99,7 +111,12 @@ impl<'a> Console<'a> {
 
     /// Says on the standard output that a file was written.
     pub(super) fn wrote(&mut self, path: &std::path::Path) {
-        let _ = writeln!(self.out, "wrote {}", shown(&path.display().to_string()));
+        let _ = writeln!(self.aside(), "wrote {}", shown(&path.display().to_string()));
+    }
+
+    /// The standard output for lines about the work, such as the names of files.
+    pub(super) fn aside(&mut self) -> &mut dyn Write {
+        if self.manner.quiet { &mut self.nowhere } else { &mut *self.out }
     }
 
     /// Writes bytes that another console has printed on its standard error.
@@ -132,7 +149,7 @@ impl<'a> Console<'a> {
         sources: &SourceMap,
         lints: &Lints,
     ) -> Result<(), Failure> {
-        if self.json {
+        if self.manner.json {
             return self.diagnostics(list, sources);
         }
         let (kept, notes) = diagnostics::folded(list, sources, lints);
@@ -142,7 +159,10 @@ impl<'a> Console<'a> {
     }
 
     fn line(&mut self, severity: Severity, text: &str) {
-        if self.json {
+        if self.manner.quiet && severity == Severity::Note {
+            return;
+        }
+        if self.manner.json {
             json::print(&json::line(severity, text), self.err);
         } else {
             let _ = writeln!(self.err, "{}: {}", severity.word(), shown(text));
@@ -153,7 +173,7 @@ impl<'a> Console<'a> {
 impl Sink for Console<'_> {
     fn event(&mut self, event: Event<'_>) {
         match event {
-            Event::Diagnostics { list, sources, .. } if self.json => {
+            Event::Diagnostics { list, sources, .. } if self.manner.json => {
                 json::diagnostics(list, sources, |object| json::print(object, self.err));
             }
             Event::Diagnostics { list, sources, asked } => {
@@ -161,16 +181,16 @@ impl Sink for Console<'_> {
                 let _ = self.err.write_all(text.as_bytes());
                 note.iter().for_each(|note| self.line(Severity::Note, note));
             }
-            Event::Message(message) if self.json => json::print(&json::message(message), self.err),
+            Event::Message(message) if self.manner.json => json::print(&json::message(message), self.err),
             Event::Message(message) => {
                 let _ = writeln!(self.err, "{}", message.text());
             }
-            Event::Scene(message) if self.json => json::print(&json::scene(message), self.err),
+            Event::Scene(message) if self.manner.json => json::print(&json::scene(message), self.err),
             Event::Scene(message) => {
                 let _ = writeln!(self.err, "{}", shown(&message.to_string()));
             }
             Event::Line(severity, text) => self.line(severity, text),
-            Event::Doubt(text) if self.json => json::print(&json::doubt(text), self.err),
+            Event::Doubt(text) if self.manner.json => json::print(&json::doubt(text), self.err),
             Event::Doubt(text) => self.line(Severity::Warning, text),
             Event::Text(text) => self.text(text),
             Event::Printed(text) => {
@@ -185,24 +205,26 @@ impl Sink for Console<'_> {
     }
 
     fn meters(&self) -> Meters {
-        Arc::new(progress::meter)
+        let manner = self.manner;
+        Arc::new(move |total, unit| progress::meter(total, unit, manner))
     }
 }
 
-/// Whether a command line asks for JSON. It is read as words, since it may be wrong, and then the message
+/// How a command line wants its messages. It is read as words, since it may be wrong, and then the message
 /// about it is an object too.
-pub(super) fn json_is_asked(args: &[OsString]) -> bool {
+pub(super) fn manner(args: &[OsString]) -> Manner {
     const OPTION: &str = "--message-format";
     let mut words = args.iter().map(|word| word.to_string_lossy()).take_while(|word| word != "--").peekable();
-    let mut json = false;
+    let mut manner = Manner::default();
     while let Some(word) = words.next() {
-        json = match word.strip_prefix(OPTION) {
+        manner.quiet |= word == "--quiet";
+        manner.json = match word.strip_prefix(OPTION) {
             Some("") => words.peek().is_some_and(|value| value == "json"),
             Some(value) if value.starts_with('=') => value == "=json",
-            _ => json,
+            _ => manner.json,
         };
     }
-    json
+    manner
 }
 
 #[cfg(test)]
@@ -213,7 +235,7 @@ mod tests {
     #[test]
     fn every_line_is_an_object_if_json_is_asked_for() {
         let (mut out, mut err) = (Vec::new(), Vec::new());
-        let mut console = Console::new(&mut out, &mut err, true);
+        let mut console = Console::new(&mut out, &mut err, Manner { json: true, quiet: false });
         console.error("cannot read \"a\"");
         console.text("a table\n\n  of 2\n");
         console.warn("w");
@@ -226,7 +248,7 @@ mod tests {
 
     #[test]
     fn the_last_option_counts() {
-        let asked = |text: &str| json_is_asked(&text.split(' ').map(OsString::from).collect::<Vec<_>>());
+        let asked = |text: &str| manner(&text.split(' ').map(OsString::from).collect::<Vec<_>>()).json;
         assert!(asked("oslrun a.osl --message-format json") && asked("oslrun --message-format=json"));
         assert!(!asked("oslrun --message-format human") && !asked("oslrun a -- --message-format json"));
         assert!(!asked("oslrun --message-format=json --message-format=human"));

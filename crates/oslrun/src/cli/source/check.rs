@@ -1,6 +1,6 @@
 //! `oslrun check FILE…`: reports errors and warnings, and applies safe edits on request.
 
-use super::fix;
+use super::{fix, many};
 use crate::cli::options::heading;
 use crate::cli::options::reading::{FormatArgs, LintArgs, ReadArgs};
 use crate::cli::print::Console;
@@ -21,7 +21,7 @@ const UNCLOSED: &str = "E0111";
 /// Which files to check.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct CheckArgs {
-    /// Shader files.
+    /// Shader files. A folder stands for the .osl files in it and in the folders below it.
     #[arg(required = true, value_name = "FILE.osl")]
     files: Vec<PathBuf>,
     /// Apply the safe edits to the files, and report what remains. An edit is safe if it is the only reading
@@ -66,7 +66,8 @@ pub(in crate::cli) fn check(args: &CheckArgs, console: &mut Console<'_>) -> Resu
     let mut result = Ok(());
     let mut counts = Counts::default();
     let wanted = Wanted { args, reading: args.read.reading(), lints: args.lints.lints() };
-    for path in &args.files {
+    let files = many::files(&args.files)?;
+    for path in &files {
         if let Err(Failure { text, .. }) = one(path, &wanted, &mut counts, console) {
             if !text.is_empty() {
                 console.error(&text);
@@ -75,13 +76,12 @@ pub(in crate::cli) fn check(args: &CheckArgs, console: &mut Console<'_>) -> Resu
             result = Err(Failure::said());
         }
     }
-    let n_files = args.files.len();
     let Counts { errors, warnings, fixed, fixable, unclosed } = counts;
     if console.is_for_people() && errors + warnings + fixed > 0 {
         let fixes =
             if fixed > 0 { format!("{} applied; ", count(fixed, "fix", "fixes")) } else { String::new() };
         let (errors, warnings) = (count(errors, "error", "errors"), count(warnings, "warning", "warnings"));
-        console.text(&format!("{fixes}{errors}, {warnings} in {}", count(n_files, "file", "files")));
+        console.text(&format!("{fixes}{errors}, {warnings} in {}", count(files.len(), "file", "files")));
         if fixable > 0 && !args.fix && !args.diff {
             let edits = count(fixable, "safe edit", "safe edits");
             console.text(&format!("`--fix` applies {edits}, `--diff` shows them"));

@@ -2,6 +2,7 @@
 //!
 //! A file with syntax errors is not changed.
 
+use super::many;
 use crate::cli::options::reading::{FormatArgs, ReadArgs};
 use crate::cli::print::Console;
 use clap::Args;
@@ -17,7 +18,8 @@ use std::path::{Path, PathBuf};
 /// Which files to format.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct FmtArgs {
-    /// Shader files; - formats the standard input to the standard output.
+    /// Shader files; - formats the standard input to the standard output. A folder stands for the .osl files
+    /// in it and in the folders below it.
     #[arg(required = true, value_name = "FILE.osl")]
     files: Vec<PathBuf>,
     /// Write nothing: list the files that would change, and fail if there are any.
@@ -36,19 +38,12 @@ pub(in crate::cli) struct FmtArgs {
 /// formatted.
 pub(in crate::cli) fn fmt(args: &FmtArgs, console: &mut Console<'_>) -> Result<(), Failure> {
     let reading = args.read.reading();
-    let (mut changes, mut failed) = (false, false);
-    for path in &args.files {
-        match one(path, args, &reading, console) {
-            Ok(changed) => changes |= changed,
-            Err(Failure { text, .. }) => {
-                failed = true;
-                if !text.is_empty() {
-                    console.error(&text);
-                }
-            }
-        }
-    }
-    if failed || (args.check && changes) { Err(Failure::said()) } else { Ok(()) }
+    let mut changes = false;
+    many::each(&many::files(&args.files)?, console, |path, console| {
+        changes |= one(path, args, &reading, console)?;
+        Ok(())
+    })?;
+    if args.check && changes { Err(Failure::said()) } else { Ok(()) }
 }
 
 /// Formats one file; returns whether that changes it.

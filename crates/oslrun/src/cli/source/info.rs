@@ -1,5 +1,6 @@
-//! `oslrun info FILE`: describes a shader, as text or JSON.
+//! `oslrun info FILE…`: describes shaders, as text or JSON.
 
+use super::many;
 use crate::cli::options::reading::{FormatArgs, ReadArgs};
 use crate::cli::print::Console;
 use clap::Args;
@@ -8,19 +9,22 @@ use osl_hir::hir::Program;
 use osl_hir::oso;
 use osl_job::Failure;
 use osl_job::request::Reading;
-use osl_job::source::{input, nodes};
+use osl_job::source::input::{self, Input};
+use osl_job::source::nodes;
 use osl_syntax::ast::ShaderKind;
+use osl_syntax::source::SourceMap;
 use serde::Serialize;
 use serde_json::{Number, Value};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Which shader to show.
+/// Which shaders to show.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct InfoArgs {
-    /// The shader file, a source or compiled; or the name of a built-in node, such as remap.
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
-    /// Print one JSON object.
+    /// Shader files, sources or compiled; or names of built-in nodes, such as remap. A folder stands for the
+    /// .osl files in it and in the folders below it.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Print one JSON object; of several files, a list with the name of the file in each object.
     #[arg(long)]
     json: bool,
     /// Check whether the run times of renderers run the compiled shader: the file itself, or what a source
@@ -33,46 +37,92 @@ pub(in crate::cli) struct InfoArgs {
     format: FormatArgs,
 }
 
-/// Shows the shader of a file.
+/// Shows the shaders of the files.
 pub(in crate::cli) fn info(args: &InfoArgs, console: &mut Console<'_>) -> Result<(), Failure> {
     let reading = args.read.reading();
-    let built_in = args.file.to_str().filter(|_| !args.file.exists()).and_then(nodes::find);
-    let input = match built_in {
-        Some(text) => {
-            let name = format!("{}.osl (built in)", args.file.display());
-            input::input(name, text.to_string(), PathBuf::new(), &reading)
+    let files = many::files(&args.files)?;
+    let (mut shaders, mut violations) = (Vec::new(), Vec::new());
+    let result = many::each(&files, console, |file, console| {
+        let input = opened(file, &reading)?;
+        if args.check_oso {
+            let (name, text) = compiled(&input, &reading, console)?;
+            let found = check_oso(&name, &text, &reading);
+            if !args.json {
+                console.report(&found_text(&name, &found));
+            }
+            let fails = !found.is_empty();
+            violations.extend(found);
+            return if fails { Err(Failure::said()) } else { Ok(()) };
         }
-        None => input::read(&args.file, &reading)?,
-    };
-    if args.check_oso && stages::is_compiled(&input.name) {
-        return check_oso(&input.name, &input.text, (args, &reading), console);
+        let shader = describe(&program(&input, console)?.0);
+        if args.json {
+            shaders.push(Named { file: input.name, shader });
+        } else {
+            let name = if files.len() > 1 { format!("{}: ", input.name) } else { String::new() };
+            console.report(&format!("{name}{}", shader.text()));
+        }
+        Ok(())
+    });
+    match &shaders[..] {
+        _ if !args.json => {}
+        _ if args.check_oso => console.object(&violations)?,
+        [one] if files.len() == 1 => console.object(&one.shader)?,
+        _ if files.len() > 1 => console.object(&shaders)?,
+        _ => {}
     }
+    result
+}
+
+/// One of several shaders in the JSON output.
+#[derive(Serialize)]
+struct Named {
+    file: String,
+    #[serde(flatten)]
+    shader: Shader,
+}
+
+/// The text of a file or of a built-in node.
+fn opened(file: &Path, reading: &Reading) -> Result<Input, Failure> {
+    match file.to_str().filter(|_| !file.exists()).and_then(nodes::find) {
+        Some(text) => {
+            let name = format!("{}.osl (built in)", file.display());
+            Ok(input::input(name, text.to_string(), PathBuf::new(), reading))
+        }
+        None => input::read(file, reading),
+    }
+}
+
+/// The program of a text, and its sources. Its errors are printed.
+fn program(input: &Input, console: &mut Console<'_>) -> Result<(Program, SourceMap), Failure> {
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let errors: Vec<_> = checked.diagnostics.iter().filter(|d| d.is_error()).cloned().collect();
     console.diagnostics(&errors, &checked.sources)?;
-    let program = checked.program.ok_or_else(Failure::said)?;
-    if args.check_oso {
-        let text = match oso::write(&program, &checked.sources, &reading.limits) {
-            Ok(text) => text,
-            Err(list) => {
-                console.diagnostics(&list, &checked.sources)?;
-                return Err(Failure::said());
-            }
-        };
-        return check_oso(&format!("{}.oso", program.shader.name), &text, (args, &reading), console);
+    Ok((checked.program.ok_or_else(Failure::said)?, checked.sources))
+}
+
+/// Name and text of the compiled shader: the file itself, or what a source compiles to.
+fn compiled(
+    input: &Input,
+    reading: &Reading,
+    console: &mut Console<'_>,
+) -> Result<(String, String), Failure> {
+    if stages::is_compiled(&input.name) {
+        return Ok((input.name.clone(), input.text.clone()));
     }
-    let shader = describe(&program);
-    if args.json {
-        return console.object(&shader);
+    let (program, sources) = program(input, console)?;
+    match oso::write(&program, &sources, &reading.limits) {
+        Ok(text) => Ok((format!("{}.oso", program.shader.name), text)),
+        Err(list) => {
+            console.diagnostics(&list, &sources)?;
+            Err(Failure::said())
+        }
     }
-    console.report(&shader.text());
-    Ok(())
 }
 
 /// A violation in the JSON output.
 #[derive(Serialize)]
-struct Violation<'a> {
-    file: &'a str,
+struct Violation {
+    file: String,
     line: u32,
     operation: String,
     rule: &'static str,
@@ -80,29 +130,27 @@ struct Violation<'a> {
 }
 
 /// Checks the text of a compiled shader.
-fn check_oso(
-    name: &str,
-    text: &str,
-    (args, reading): (&InfoArgs, &Reading),
-    console: &mut Console<'_>,
-) -> Result<(), Failure> {
+fn check_oso(name: &str, text: &str, reading: &Reading) -> Vec<Violation> {
     let violation = |found: oso::Violation| Violation {
-        file: name,
+        file: name.to_string(),
         line: found.line,
         operation: found.subject,
         rule: found.rule.name(),
         message: found.message,
     };
-    let list: Vec<_> = oso::check(text, &reading.limits).into_iter().map(violation).collect();
-    if args.json {
-        console.object(&list)?;
-    } else if list.is_empty() {
-        console.report(&format!("{name}: no violations\n"));
+    oso::check(text, &reading.limits).into_iter().map(violation).collect()
+}
+
+/// The violations of a compiled shader as text.
+fn found_text(name: &str, list: &[Violation]) -> String {
+    let line = |found: &Violation| {
+        let Violation { line, operation, rule, message, .. } = found;
+        format!("{name}:{line}: {rule}: `{operation}`: {message}\n")
+    };
+    match list {
+        [] => format!("{name}: no violations\n"),
+        list => list.iter().map(line).collect(),
     }
-    for Violation { line, operation, rule, message, .. } in list.iter().filter(|_| !args.json) {
-        console.report(&format!("{name}:{line}: {rule}: `{operation}`: {message}\n"));
-    }
-    if list.is_empty() { Ok(()) } else { Err(Failure::said()) }
 }
 
 #[derive(Serialize)]

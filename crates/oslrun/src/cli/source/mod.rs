@@ -2,8 +2,10 @@
 
 pub(super) mod check;
 pub(super) mod compile;
+pub(super) mod deps;
 mod fix;
 pub(super) mod fmt;
 pub(super) mod group_text;
 pub(super) mod info;
 pub(super) mod ir;
+mod many;

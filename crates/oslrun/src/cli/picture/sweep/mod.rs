@@ -168,7 +168,7 @@ pub(super) fn all(
     console.settle()?;
     let (files, piped) = sheet.write(path, image)?.save(path, console)?;
     for file in &files {
-        let _ = writeln!(console.out, "wrote {}: {count} pictures", file.display());
+        let _ = writeln!(console.aside(), "wrote {}: {count} pictures", file.display());
     }
     Ok(Shown { piped, misses: pictures.iter().any(Done::misses) })
 }
