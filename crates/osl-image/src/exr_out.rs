@@ -238,7 +238,7 @@ fn rows_into<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
     mut next: impl FnMut() -> Result<Option<Vec<P>>, E> + Send,
 ) -> Result<Unsaved, E> {
     check_size(path, width, height)?;
-    let (header, order) = header(path, (width, height), layers, options)?;
+    let (header, order) = header(path, (width, height), layers, BlockDescription::ScanLines, options)?;
     let mut file = file()?;
     let mut stopped: Option<E> = None;
     let headers = smallvec::smallvec![header];
@@ -282,10 +282,11 @@ fn rows_into<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
 }
 
 /// The header of the file, and the plane of each of its channels, which are sorted by name.
-fn header(
+pub(crate) fn header(
     path: &Path,
     size: (usize, usize),
     layers: &[(&str, LayerKind)],
+    blocks: BlockDescription,
     options: ExrOptions<'_>,
 ) -> Result<(Header, Vec<usize>), ImageError> {
     let mut names = Vec::new();
@@ -318,7 +319,7 @@ fn header(
         .collect();
     let mut header = Header::new(Text::from(""), size, channels)
         .with_attributes(LayerAttributes { software_name, other, ..LayerAttributes::default() })
-        .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing);
+        .with_encoding(options.compression.method(), blocks, LineOrder::Increasing);
     let has_colors = layers.iter().any(|(_, kind)| *kind == LayerKind::Color);
     header.shared_attributes.chromaticities = has_colors.then_some(REC_709);
     match options.part {
@@ -412,7 +413,7 @@ pub(crate) fn check_plane(path: &Path, what: &str, plane: &[f32], n_pixels: usiz
     Err(ImageError::input(path, format!("{what} has {got} values for {n_pixels} pixels")))
 }
 
-fn check_planes(path: &Path, layer: &Layer<'_>, n_pixels: usize) -> Result<(), ImageError> {
+pub(crate) fn check_planes(path: &Path, layer: &Layer<'_>, n_pixels: usize) -> Result<(), ImageError> {
     let suffixes = layer.kind.suffixes();
     if layer.planes.len() != suffixes.len() {
         let (got, want) = (layer.planes.len(), suffixes.len());

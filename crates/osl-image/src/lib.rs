@@ -21,6 +21,7 @@ mod exr_b44;
 mod exr_in;
 mod exr_meta;
 mod exr_out;
+mod exr_texture;
 mod exr_zip;
 mod file;
 mod filter;
@@ -54,6 +55,7 @@ pub use exr_out::{
     COMMAND, DataWindow, ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, exr_file,
     exr_in_memory, write_exr, write_exr_rows,
 };
+pub use exr_texture::{TILE_SIDES, exr_command, exr_texture};
 pub use exr_zip::SampleType;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;

@@ -6,7 +6,7 @@ use super::software::{self, SOFTWARE};
 use crate::Failure;
 use crate::event::{Event, Sink};
 use crate::report::closures;
-use crate::report::ranges::{InOrder, Ranges};
+use crate::report::ranges::{InOrder, Ranges, layer_kind};
 use crate::request::values::STDOUT;
 use crate::request::{Image, Trust};
 use osl_exec::{Frame, Plane, Printed, RunError, Words};
@@ -198,16 +198,6 @@ fn layers(planes: &[Plane]) -> Vec<(&str, LayerKind)> {
         .filter(|plane| plane.component == 0)
         .map(|plane| (&*plane.output, layer_kind(plane)))
         .collect()
-}
-
-/// What the planes of an output mean.
-pub fn layer_kind(plane: &Plane) -> LayerKind {
-    match plane.ty {
-        Type::COLOR => LayerKind::Color,
-        Type::MATRIX => LayerKind::Matrix,
-        ty if ty.is_triple() => LayerKind::Triple,
-        _ => LayerKind::Scalar,
-    }
 }
 
 fn exr_options(image: &Image) -> ExrOptions<'_> {

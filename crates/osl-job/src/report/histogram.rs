@@ -1,5 +1,6 @@
 //! `--histogram`: how the values of each output are distributed.
 
+use super::ranges::channel;
 use osl_exec::Plane;
 use osl_ir::ir::Kind;
 use serde::Serialize;
@@ -14,7 +15,8 @@ const LONGEST: usize = 40;
 #[derive(Debug, Serialize)]
 pub struct Histogram {
     output: String,
-    component: usize,
+    /// The component, as the channels of files have it.
+    channel: String,
     /// The range of the finite values; none if there are no such values.
     range: Option<[f64; 2]>,
     mean: Option<f64>,
@@ -48,7 +50,7 @@ fn one(plane: &Plane, covered: Option<&[f32]>) -> Histogram {
     }
     let found = Histogram {
         output: plane.output.to_string(),
-        component: plane.component,
+        channel: channel(&plane.output, plane.ty, plane.component),
         range: None,
         mean: None,
         deviation: None,
@@ -76,8 +78,7 @@ fn one(plane: &Plane, covered: Option<&[f32]>) -> Histogram {
 
 /// Prints them for people.
 pub fn print(list: &[Histogram], out: &mut dyn Write) {
-    for Histogram { output, component, range, mean, deviation, counts, nan, infinite } in list {
-        let name = format!("{output}[{component}]");
+    for Histogram { channel: name, range, mean, deviation, counts, nan, infinite, .. } in list {
         let (Some([low, high]), Some(mean), Some(deviation)) = (range, mean, deviation) else {
             let _ = writeln!(out, "{name}: no finite value, {nan} NaN, {infinite} infinite");
             continue;

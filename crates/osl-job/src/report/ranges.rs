@@ -1,6 +1,7 @@
 //! The ranges of the outputs of a run, which are added up piece by piece.
 
 use osl_exec::Plane;
+use osl_image::LayerKind;
 use osl_ir::ir::Kind;
 use osl_ir::types::{StructTable, Type};
 use osl_measure::range::{Range, Values};
@@ -9,12 +10,34 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
 
+/// What the planes of an output mean.
+pub fn layer_kind(plane: &Plane) -> LayerKind {
+    kind_of(plane.ty)
+}
+
+/// The name of a component of an output: `Col.R`, `place.X`, `m.m00`, or the output alone. Files, texts and
+/// JSON have the same.
+pub fn channel(output: &str, ty: Type, component: usize) -> String {
+    kind_of(ty).channels(output).into_iter().nth(component).unwrap_or_else(|| output.to_string())
+}
+
+fn kind_of(ty: Type) -> LayerKind {
+    match ty {
+        Type::COLOR => LayerKind::Color,
+        Type::MATRIX => LayerKind::Matrix,
+        ty if ty.is_triple() => LayerKind::Triple,
+        _ => LayerKind::Scalar,
+    }
+}
+
 /// The ranges of an output, for `--json`.
 #[derive(Debug, Serialize)]
 pub struct Output {
     name: String,
     #[serde(rename = "type")]
     ty: String,
+    /// The names of the components, as the channels of files have them.
+    channels: Vec<String>,
     components: Vec<Range>,
 }
 
@@ -72,10 +95,14 @@ impl Ranges {
         let mut outputs: Vec<Output> = Vec::new();
         for (name, ty, component, range) in &self.0 {
             match outputs.last_mut() {
-                Some(last) if *component > 0 => last.components.push(*range),
+                Some(last) if *component > 0 => {
+                    last.channels.push(channel(name, *ty, *component));
+                    last.components.push(*range);
+                }
                 _ => outputs.push(Output {
                     name: name.to_string(),
                     ty: StructTable::default().show(*ty),
+                    channels: vec![channel(name, *ty, 0)],
                     components: vec![*range],
                 }),
             }
@@ -86,8 +113,8 @@ impl Ranges {
 
 /// The summary of a run without an image: the range of each output, so that a first run shows something.
 pub fn summary(ranges: &Ranges, out: &mut dyn Write) {
-    for (output, _, component, range) in &ranges.0 {
-        let _ = writeln!(out, "{output}[{component}]: {}", described(range));
+    for (output, ty, component, range) in &ranges.0 {
+        let _ = writeln!(out, "{}: {}", channel(output, *ty, *component), described(range));
     }
     let _ = writeln!(out, "(no image written: name one with -o)");
 }

@@ -11,6 +11,7 @@ use super::measure::sanitize::SanitizeArgs;
 use super::measure::stability::StabilityArgs;
 use super::measure::tradeoff::TradeoffArgs;
 use super::options::reading;
+use super::picture::bake::BakeArgs;
 use super::picture::book::BookArgs;
 use super::picture::compare::CompareArgs;
 use super::picture::render::RenderArgs;
@@ -82,6 +83,8 @@ pub(super) enum Command {
     Lod(Box<LodArgs>),
     /// Compare two images, two shaders, or two settings of a shader: where they differ, and by how much.
     Compare(Box<CompareArgs>),
+    /// Write the outputs of a shader as textures in tiles, one for each square of texture space (UDIM).
+    Bake(Box<BakeArgs>),
     /// Write a page that shows the source of a shader, with a picture of each variable beside the line that
     /// sets it.
     PictureBook(Box<BookArgs>),

@@ -26,7 +26,7 @@ use help::{doc, explain_error, misspelt, pages, version};
 use measure::{bounds, explain, lod, sanitize, stability, tradeoff};
 use options::reading;
 use osl_job::Failure;
-use picture::{book, compare, render, run, studio};
+use picture::{bake, book, compare, render, run, studio};
 use print::{Console, Manner, checked, manner};
 use source::{check, compile, deps, fmt, info, ir};
 use std::ffi::OsString;
@@ -132,6 +132,7 @@ fn answered(cli: &Cli, args: &[OsString], console: &mut Console<'_>) -> Result<(
         Some(Command::Tradeoff(own)) => tradeoff::tradeoff(own, console),
         Some(Command::Lod(own)) => lod::lod(own, console),
         Some(Command::Compare(own)) => compare::compare(own, args, Cli::command, console),
+        Some(Command::Bake(own)) => bake::bake(own, args, console),
         Some(Command::PictureBook(own)) => book::book(own, args, console),
         Some(Command::Studio(own)) => studio::studio(own, args, console),
         Some(Command::Render(own)) => render::render(own, args, console),

@@ -171,7 +171,7 @@ fn values_of_parameters_are_what_their_metadata_say() {
     let dir = folder(&[("a.osl", NAMED)]);
     let run = |value: &str| oslrun(dir.path(), &["a.osl", "-g", "2x2", "-p", value]);
     let (_, out, err) = run("Mode=Linear");
-    assert!(out.starts_with("r[0]: 6 to 6") && err.is_empty(), "{out}{err}");
+    assert!(out.starts_with("r: 6 to 6") && err.is_empty(), "{out}{err}");
     let (code, _, err) = run("Mode=Linaer");
     let wrong =
         "error: parameter `Mode` is an int, and `Linaer` is none: write a number, or one of Radial, Linear\n";
@@ -182,11 +182,11 @@ fn values_of_parameters_are_what_their_metadata_say() {
     let (_, out, err) = run("Pos=0,1");
     let fewer =
         "warning: parameter `Pos` has 5 elements, and 2 values are given: the other elements are zero\n";
-    assert!(out.starts_with("r[0]: 0 to 0") && err == fewer, "{out}{err}");
+    assert!(out.starts_with("r: 0 to 0") && err == fewer, "{out}{err}");
     assert_eq!(run("Pos=0,1,2,3,4").2, "");
     let (_, out, _) = run("Base=#f80");
     assert!(
-        out.contains("c[0]: 1 to 1") && out.contains("c[1]: 0.246201") && out.contains("c[2]: 0 to 0"),
+        out.contains("c.R: 1 to 1") && out.contains("c.G: 0.246201") && out.contains("c.B: 0 to 0"),
         "{out}"
     );
     assert_eq!(run("Base=#ff8800").1, out);
@@ -227,7 +227,7 @@ fn a_repair_says_which_statement_it_ends() {
         err.contains("+    }\n     q = 2;") && err.ends_with("note: the `if` of line 3 ends in line 4\n"),
         "{err}"
     );
-    assert!(out.contains("q[0]: 2 to 2"), "{out}");
+    assert!(out.contains("q: 2 to 2"), "{out}");
     let (_, _, err) = oslrun(dir.path(), &["b.osl", "--repair", "-g", "2x2"]);
     assert!(err.ends_with("note: the `if` of line 1 ends in line 1\n"), "{err}");
 }

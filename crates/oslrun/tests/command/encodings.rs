@@ -109,5 +109,5 @@ fn lines_end_in_carriage_returns() {
     let fixed = text.replace("0.5f", "0.5");
     assert_eq!(std::fs::read_to_string(&file).unwrap(), fixed.replace('\n', "\r"));
     let (code, out, err) = oslrun(dir.path(), &["m.osl", "-g", "1x1"], b"");
-    assert!(code == 0 && out.contains("r[0]: 1 to 1"), "{out} {err}");
+    assert!(code == 0 && out.contains("r: 1 to 1"), "{out} {err}");
 }

@@ -158,3 +158,35 @@ fn a_film_that_was_stopped_goes_on() {
     let (code, out, _) = run(dir.path(), "f.osl -g 2x2 --quiet -o y.exr");
     assert_eq!((code, out.as_str()), (0, ""));
 }
+
+/// The commands of the page, one after the other, in a folder with the project's shaders. Some of these have
+/// errors, and some are not formatted.
+#[test]
+fn the_commands_of_the_page_run() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = std::fs::read_to_string(root.join("docs/farm.md")).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::create_dir(dir.path().join("osl")).unwrap();
+    for entry in std::fs::read_dir(root.join("osl")).unwrap().map(Result::unwrap) {
+        if entry.path().is_file() {
+            std::fs::copy(entry.path(), dir.path().join("osl").join(entry.file_name())).unwrap();
+        }
+    }
+    let blocks = page.split("```").skip(1).step_by(2).filter_map(|block| block.strip_prefix("sh\n"));
+    let mut seen = 0;
+    for line in blocks.flat_map(str::lines) {
+        let words = line.replace('\'', "");
+        match words.split_once(' ').unwrap() {
+            ("oslrun", args) => {
+                let (code, _, err) = run(dir.path(), args);
+                assert!(code < 2, "{line}: {err}");
+                seen += 1;
+            }
+            ("mkdir", name) => std::fs::create_dir(dir.path().join(name)).unwrap(),
+            _ => assert!(line.starts_with("openjd run "), "{line}"),
+        }
+    }
+    assert!(seen > 12, "{seen}");
+    let made = ["set.1011.exr", "film.0012.exr", "bake.yaml", "built/Cobbled.oso", "cobbled.mk"];
+    made.iter().for_each(|name| assert!(dir.path().join(name).is_file(), "{name}"));
+}

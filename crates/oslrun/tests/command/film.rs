@@ -35,11 +35,11 @@ fn globals_have_the_given_values() {
     assert_eq!(said("--global time=3 --global time=4"), "4 0 0 0 0 | 0 0 1 | 0 0 -1 0 0 0");
     // Samples, an explanation and a surface have them too.
     let (code, out, _) = oslrun_at(folder.path(), "@/s.osl -g 3x3 --samples 4 --time 2.5");
-    assert!(code == 0 && out.contains("f[0]: ") && !out.contains(" to 0,"), "{out}");
+    assert!(code == 0 && out.contains("f: ") && !out.contains(" to 0,"), "{out}");
     let (code, out, _) = oslrun_at(folder.path(), "explain @/s.osl -g 3x3 --at 1,1 --time 2.5");
     assert!(code == 0 && out.contains("time = 2.5"), "{out}");
     let (code, out, _) = oslrun_at(folder.path(), "@/s.osl -g 9x9 --on sphere --time 2.5");
-    assert!(code == 0 && out.contains("f[0]: 0 to 1.9"), "{out}");
+    assert!(code == 0 && out.contains("f: 0 to 1.9"), "{out}");
 }
 
 #[test]

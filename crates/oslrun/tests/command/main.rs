@@ -18,6 +18,7 @@ mod studio_client;
 
 mod answers;
 mod bad_input;
+mod bake;
 mod book;
 mod bounds;
 mod check;

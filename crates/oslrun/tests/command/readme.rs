@@ -133,22 +133,22 @@ fn points_lie_on_the_unit_patch() {
     );
     let (_, out, _) = in_process::oslrun_at(folder.path(), "@/s.osl -g 256x256");
     for range in [
-        "p[0]: 0 to 1,",
-        "p[1]: 0 to 1,",
-        "p[2]: 1 to 1,",
-        "n[2]: 1 to 1,",
-        "i[2]: -1 to -1,",
-        "area[0]: 1 to 1,",
-        "st[0]: 1 to 1,",
-        "ndc[0]: 0.5 to 1,",
-        "ndc[1]: 0.5 to 1,",
-        "raster[0]: 128 to 256,",
-        "raster[1]: 128 to 256,",
+        "p.X: 0 to 1,",
+        "p.Y: 0 to 1,",
+        "p.Z: 1 to 1,",
+        "n.Z: 1 to 1,",
+        "i.Z: -1 to -1,",
+        "area: 1 to 1,",
+        "st: 1 to 1,",
+        "ndc.X: 0.5 to 1,",
+        "ndc.Y: 0.5 to 1,",
+        "raster.X: 128 to 256,",
+        "raster.Y: 128 to 256,",
     ] {
         assert!(out.contains(range), "{range}\n{out}");
     }
     let (_, out, _) = in_process::oslrun_at(folder.path(), "@/s.osl -g 1x2 --crop 0,1,0,1 --outputs p");
-    assert!(out.contains("p[1]: 0 to 0,"), "row 0 is v = 0\n{out}");
+    assert!(out.contains("p.Y: 0 to 0,"), "row 0 is v = 0\n{out}");
     let (_, out, _) = in_process::oslrun_at(folder.path(), "@/s.osl -g 64x64 --on sphere --outputs area");
     assert!(out.contains("to 12.566371,"), "{out}");
 }

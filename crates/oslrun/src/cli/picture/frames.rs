@@ -1,14 +1,15 @@
 //! `--frames LIST`: a run for each frame of a film, with the time and the name of the picture from its
 //! number.
 
+use super::numbers::{self, Numbers};
 use super::once::{self, Way};
+use super::openjd::{self, JobArgs};
 use crate::cli::options::heading;
 use crate::cli::print::Console;
 use clap::Args;
 use osl_job::file::output::is_there;
 use osl_job::source::reads::Reads;
 use osl_job::{Failure, Image, Sink};
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Frames per second, unless the command line says otherwise.
@@ -20,8 +21,8 @@ pub(in crate::cli) struct FrameArgs {
     /// Make a picture for each of these frames: 1-24, or a list as farms write it, 1-3,5,7-11:2 (each second
     /// one from 7 to 11). The time is the number of the frame divided by --fps. `####` in the name after -o
     /// becomes the number with at least four digits: out.0007.png.
-    #[arg(long, value_name = "LIST", value_parser = frames, conflicts_with = "time", help_heading = heading::VALUES)]
-    frames: Option<Frames>,
+    #[arg(long, value_name = "LIST", value_parser = numbers::frames, conflicts_with = "time", help_heading = heading::VALUES)]
+    frames: Option<Numbers>,
     /// Frames per second (default: 24).
     #[arg(long, value_name = "N", value_parser = fps, requires = "frames", help_heading = heading::VALUES)]
     fps: Option<f64>,
@@ -29,32 +30,8 @@ pub(in crate::cli) struct FrameArgs {
     /// in files of their own, the files of all must be there.
     #[arg(long, requires = "frames", help_heading = heading::VALUES)]
     skip_existing: bool,
-}
-
-/// The frames of a list, in its order: ranges with their steps.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Frames(Vec<(RangeInclusive<u32>, usize)>);
-
-impl Frames {
-    fn numbers(&self) -> impl Iterator<Item = u32> + '_ {
-        self.0.iter().flat_map(|(range, step)| range.clone().step_by(*step))
-    }
-}
-
-fn frames(text: &str) -> Result<Frames, String> {
-    text.split(',').map(|part| range(part.trim())).collect::<Result<_, _>>().map(Frames)
-}
-
-/// Reads `FIRST-LAST:STEP`, of which the last two may be missing.
-fn range(text: &str) -> Result<(RangeInclusive<u32>, usize), String> {
-    let (range, step) = text.split_once([':', 'x']).unwrap_or((text, "1"));
-    let (first, last) = range.split_once('-').unwrap_or((range, range));
-    match (first.trim().parse::<u32>(), last.trim().parse::<u32>(), step.trim().parse::<usize>()) {
-        (_, _, Ok(0)) => Err("the step between frames is at least 1".to_string()),
-        (Ok(first), Ok(last), Ok(step)) if first <= last => Ok((first..=last, step)),
-        (Ok(_), Ok(_), Ok(_)) => Err("the last frame comes before the first".to_string()),
-        _ => Err(format!("frames are FIRST-LAST, such as 1-24, or a list, 1-3,5,7-11:2, not `{text}`")),
-    }
+    #[command(flatten)]
+    job: JobArgs,
 }
 
 fn fps(text: &str) -> Result<f64, String> {
@@ -70,7 +47,12 @@ pub(super) fn run(
     mut reads: Option<&mut Reads>,
     console: &mut Console<'_>,
 ) -> Result<(), Failure> {
-    let Some(frames) = wanted.frames.clone() else { return once::once(image, way, reads, console) };
+    let Some(frames) = wanted.frames.clone() else {
+        if wanted.job.file().is_some() {
+            return Err(Failure::usage("--openjd is for a run with --frames, whose frames are the tasks"));
+        }
+        return once::once(image, way, reads, console);
+    };
     if way.json {
         return Err(Failure::usage("--json is for a run without --frames"));
     }
@@ -80,9 +62,13 @@ pub(super) fn run(
     let Some(path) = image.output.path.as_deref().filter(|path| numbered(path, 0).is_some()) else {
         return Err(Failure::usage("--frames needs a picture with a place for the number: -o out.####.png"));
     };
+    if let Some(file) = wanted.job.file() {
+        let task = openjd::Task { option: "--frames", name: "Frame", numbers: &frames };
+        return openjd::write(file, &task, &wanted.job, &way.line, console);
+    }
     // All frames have the same limits, and share the time of the command.
     let mut missed = Ok(());
-    for frame in frames.numbers() {
+    for frame in frames.iter() {
         let mut image = image.clone();
         image.provided.globals.time = Some((f64::from(frame) / wanted.fps.unwrap_or(FPS)) as f32);
         image.output.path = numbered(path, frame);
@@ -122,17 +108,5 @@ mod tests {
         assert_eq!(name("#.exr", 123).as_deref(), Some("123.exr"));
         assert_eq!(name("a##b#.exr", 5).as_deref(), Some("a05b#.exr"));
         assert_eq!(name("a#b/out.png", 5), None);
-    }
-
-    #[test]
-    fn frames_are_a_list_of_ranges() {
-        let numbers = |text| frames(text).map(|list| list.numbers().collect::<Vec<_>>());
-        assert_eq!(numbers("1-4"), Ok(vec![1, 2, 3, 4]));
-        assert_eq!(numbers("7"), Ok(vec![7]));
-        assert_eq!(numbers("1-3,5, 7-11:2"), Ok(vec![1, 2, 3, 5, 7, 9, 11]));
-        assert_eq!(numbers("0-9x5"), Ok(vec![0, 5]));
-        for wrong in ["5-2", "-3", "a-b", "", "1,", "1-5:0", "1-5:", "1-4294967296"] {
-            assert!(frames(wrong).is_err(), "{wrong}");
-        }
     }
 }

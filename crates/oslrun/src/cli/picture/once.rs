@@ -6,6 +6,7 @@ use osl_job::picture::Extras;
 use osl_job::request::values::STDOUT;
 use osl_job::source::reads::Reads;
 use osl_job::{Done, Failure, Image, picture};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// What the command line says about a run besides its picture.
@@ -14,6 +15,8 @@ pub(super) struct Way {
     pub(super) json: bool,
     /// The file of the flame graph.
     pub(super) flames: Option<PathBuf>,
+    /// The words of the command line.
+    pub(super) line: Vec<OsString>,
 }
 
 /// Runs a shader once, or for several values of parameters, and prints the result. With `json`, the standard

@@ -153,7 +153,7 @@ pub(in crate::cli) fn run(
 ) -> Result<(), Failure> {
     let command = words::text(line, args.shader.file());
     let flames = args.measure.profile().flatten();
-    let way = Way { json: args.json, flames };
+    let way = Way { json: args.json, flames, line: line.to_vec() };
     // Each run of a watch has limits of its own, so that --max-time is the time of one picture.
     let fresh = args.clone();
     watch::run(&args.watch, &args.frames, &way, move || fresh.clone().image(command.clone()), console)

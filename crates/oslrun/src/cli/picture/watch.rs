@@ -137,7 +137,7 @@ mod tests {
             image.output.path = Some(path("s.png"));
             image
         };
-        let way = Way { json: false, flames: None };
+        let way = Way { json: false, flames: None, line: Vec::new() };
         let (mut out, mut err, mut pictures, mut at) = (Vec::new(), Vec::new(), Vec::new(), 0);
         // Two looks without a change follow each step: the first one finds it, the next one sees it rest.
         let wait = || {

@@ -8,6 +8,7 @@ use osl_image::{DataWindow, ImageData, ImageError, read_image_within};
 use osl_ir::ir::Kind;
 use osl_job::file::output;
 use osl_job::picture::{self, Extras};
+use osl_job::report::ranges;
 use osl_job::{Done, Failure, Image};
 use osl_syntax::escape::shown;
 use std::path::Path;
@@ -122,8 +123,7 @@ fn shader(request: &Image, console: &mut Console<'_>) -> Result<Side, Failure> {
     let planes = frame.planes.into_iter().chain(covered.filter(|_| request.shader.outputs.is_none()));
     let mut channels = Vec::new();
     for plane in planes.filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure)) {
-        let names = output::layer_kind(&plane).channels(&plane.output);
-        let name = names.into_iter().nth(plane.component).unwrap_or_default();
+        let name = ranges::channel(&plane.output, plane.ty, plane.component);
         channels.push(Channel { name, values: Values::Plane(plane) });
     }
     if channels.is_empty() {
