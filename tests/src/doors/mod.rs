@@ -1,7 +1,7 @@
 //! The doors: all ways in which text or bytes come from outside, each as one function of bytes.
 //!
 //! A door processes its bytes as the product does with such input, and then checks the required properties.
-//! It panics if one is violated. Fuzz targets (`tests/fuzz`), the plain fuzzer ([`crate::fuzz`]) and ordinary
+//! It panics if one is violated. Fuzz targets (`tests/fuzz`), mutated inputs ([`crate::fuzz`]) and ordinary
 //! tests call the same functions. A door must not know its caller, and must not write outside a temporary
 //! folder.
 

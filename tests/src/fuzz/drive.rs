@@ -1,39 +1,15 @@
-//! The loop of one process: runs inputs of one door in sequence, on one thread.
-//!
-//! It must not know other processes.
+//! Runs inputs of one door in sequence, on one thread.
 
-use super::corpus::Corpus;
-use super::measure;
-use crate::doors::Door;
+use super::mutate::{Random, mutate};
+use crate::doors::{Door, hash};
 use std::cell::RefCell;
+use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
 use std::sync::{Mutex, Once, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// When to stop.
-#[derive(Clone, Copy, Debug)]
-pub enum Until {
-    /// After this number of executions.
-    Runs(u64),
-    /// After this time.
-    Time(Duration),
-}
-
-/// The limits of an execution.
-#[derive(Clone, Copy, Debug)]
-pub struct Bounds {
-    /// Seconds of processor time.
-    pub seconds: f64,
-    /// Megabytes of resident memory of the whole process.
-    pub megabytes: f64,
-}
-
-impl Default for Bounds {
-    fn default() -> Bounds {
-        Bounds { seconds: 5.0, megabytes: 500.0 }
-    }
-}
+/// The most seconds of processor time that an input may take.
+const SECONDS: f64 = 5.0;
 
 /// The failure of an input.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,8 +18,6 @@ pub enum Wrong {
     Panic(String),
     /// It takes too many seconds of processor time.
     Slow(f64),
-    /// The process takes too many megabytes.
-    Large(f64),
 }
 
 impl std::fmt::Display for Wrong {
@@ -51,81 +25,89 @@ impl std::fmt::Display for Wrong {
         match self {
             Wrong::Panic(why) => write!(f, "panic: {why}"),
             Wrong::Slow(seconds) => write!(f, "slow: {seconds:.1} s"),
-            Wrong::Large(megabytes) => write!(f, "large: {megabytes:.0} MB"),
         }
     }
 }
 
-/// The result of a loop.
-#[derive(Clone, Debug, Default)]
-pub struct Tally {
-    /// Number of executions.
-    pub executions: u64,
-    /// Total time in seconds.
-    pub seconds: f64,
-    /// The longest time in seconds.
-    pub worst: f64,
-    /// Peak memory of the process in megabytes.
-    pub megabytes: f64,
-    /// Number of inputs in the corpus.
-    pub corpus: usize,
-}
-
-/// Runs a door on inputs of its corpus. `before` receives each input before it is run, `wrong` each input
-/// that fails.
-pub fn drive(
-    door: &'static Door,
-    (seed, until, bounds): (u64, Until, Bounds),
-    folder: Option<&Path>,
-    before: &mut dyn FnMut(&[u8]),
-    wrong: &mut dyn FnMut(&[u8], Wrong),
-) -> Tally {
-    let mut corpus = Corpus::new(door, seed, folder);
-    let mut tally = Tally::default();
-    let started = Instant::now();
-    loop {
-        let over = match until {
-            Until::Runs(runs) => tally.executions >= runs,
-            Until::Time(time) => started.elapsed() >= time,
-        };
-        if over {
-            break;
-        }
-        let input = corpus.input(tally.executions);
-        before(&input);
-        tally.executions += 1;
-        let processor = measure::processor_seconds();
+/// Runs a door on its seeds and on mutations of them, `door.runs` inputs in all. `wrong` receives each input
+/// that fails. Returns the longest time in seconds.
+pub fn drive(door: &'static Door, seed: u64, wrong: &mut dyn FnMut(&[u8], Wrong)) -> f64 {
+    let mut corpus = Corpus::new(door, seed);
+    let mut worst = 0.0_f64;
+    for number in 0..door.runs {
+        let input = corpus.input(number);
+        let processor = processor_seconds();
         let began = Instant::now();
         let result = quietly(|| (door.enter)(&input));
         let seconds = began.elapsed().as_secs_f64();
-        tally.seconds += seconds;
         // On a busy machine an execution takes longer, but does not cost more.
-        let seconds = match (processor, measure::processor_seconds()) {
+        let seconds = match (processor, processor_seconds()) {
             (Some(before), Some(after)) if seconds > 0.1 => seconds.min(after - before),
             _ => seconds,
         };
-        tally.worst = tally.worst.max(seconds);
+        worst = worst.max(seconds);
         match result {
-            Ok(came_to) => corpus.note(&input, came_to),
             Err(why) => wrong(&input, Wrong::Panic(why)),
-        }
-        if seconds > bounds.seconds {
-            wrong(&input, Wrong::Slow(seconds));
-        }
-        // Filling memory takes time, so the memory of short executions is not measured.
-        if seconds > 0.005
-            && let Some(megabytes) = measure::peak_megabytes()
-        {
-            tally.megabytes = tally.megabytes.max(megabytes);
-            if megabytes > bounds.megabytes {
-                wrong(&input, Wrong::Large(megabytes));
-                measure::forget_peak();
-            }
+            Ok(_) if seconds > SECONDS => wrong(&input, Wrong::Slow(seconds)),
+            Ok(came_to) => corpus.note(input, came_to),
         }
     }
-    tally.megabytes = tally.megabytes.max(measure::peak_megabytes().unwrap_or(0.0));
-    tally.corpus = corpus.len();
-    tally
+    worst
+}
+
+/// The seeds of a door, and inputs with new outcomes, which are worth changing again.
+struct Corpus {
+    door: &'static Door,
+    inputs: Vec<Vec<u8>>,
+    known: HashSet<u64>,
+    random: Random,
+}
+
+impl Corpus {
+    fn new(door: &'static Door, seed: u64) -> Corpus {
+        let mut inputs: Vec<Vec<u8>> = (door.seeds)();
+        inputs.retain(|input| input.len() <= door.max_len);
+        if inputs.is_empty() {
+            inputs.push(Vec::new());
+        }
+        Corpus { door, inputs, known: HashSet::new(), random: Random::new(seed ^ hash(door.name.as_bytes())) }
+    }
+
+    /// The next input to try: at first, every second one is an unchanged seed; all others are mutated.
+    fn input(&mut self, number: u64) -> Vec<u8> {
+        let seed = number.is_multiple_of(2).then(|| self.inputs.get(usize::try_from(number / 2).ok()?));
+        if let Some(Some(input)) = seed {
+            return input.clone();
+        }
+        let Corpus { random, inputs, door, .. } = self;
+        if door.is_choices && random.below(2) == 0 {
+            let len = 1 + random.below(door.max_len);
+            let seed = random.number();
+            return crate::generate::noise_bytes(seed, len);
+        }
+        let of = |random: &mut Random| random.pick(inputs).cloned().unwrap_or_default();
+        let (input, other) = (of(random), of(random));
+        mutate(random, &input, &other, door.words, door.max_len)
+    }
+
+    /// Keeps an input if its outcome is new.
+    fn note(&mut self, input: Vec<u8>, came_to: u64) {
+        if self.known.insert(came_to) && !self.inputs.contains(&input) {
+            self.inputs.push(input);
+        }
+    }
+}
+
+/// Processor time in seconds that all threads of this process have used, where the system says it as Linux
+/// does.
+fn processor_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name, which may contain anything, come the fields from 3 on: user and system time are 14 and
+    // 15, in ticks of 10 ms.
+    let rest = text.get(text.rfind(')')? + 1..)?;
+    let fields: Vec<&str> = rest.split_whitespace().collect();
+    let ticks = |at: usize| fields.get(at)?.parse::<f64>().ok();
+    Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
 thread_local! {

@@ -1,12 +1,7 @@
-//! A plain fuzzer: it mutates inputs, passes them to the [doors](crate::doors), and reports failures.
+//! Mutated inputs for the [doors](crate::doors), and a loop that runs them in a test.
 //!
-//! `mutate` changes inputs, `corpus` keeps those worth changing again, `measure` gets time and memory from
-//! the system, `drive` runs the loop of one process, and `parent` runs processes, so that it also finds an
-//! input that kills a process. Runs with the same seed generate the same inputs. This module must not know
-//! what a door does with its bytes.
+//! `mutate` changes inputs; the targets of cargo-fuzz in `tests/fuzz` use it too. `drive` runs a fixed number
+//! of inputs, which are the same for the same seed. This module must not know what a door does with its bytes.
 
-pub mod corpus;
 pub mod drive;
-pub mod measure;
 pub mod mutate;
-pub mod parent;
