@@ -29,7 +29,7 @@ fn areas_are_those_of_the_patch_and_of_surfaces() {
     std::fs::write(dir.path().join("s.osl"), "shader s(output float a = 0) { a = surfacearea(); }").unwrap();
     // A square of two triangles, of side 3.
     std::fs::write(dir.path().join("q.obj"), "v 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\nf 1 2 3 4\n").unwrap();
-    assert_eq!(ranges(dir.path(), "@/s.osl -g 4x4"), [("a[0]".to_string(), 1.0, 1.0)]);
+    assert_eq!(ranges(dir.path(), "@/s.osl -g 4x4"), [("a".to_string(), 1.0, 1.0)]);
     for (on, area) in [
         ("--on sphere", 12.566_371),
         ("--on cylinder", 12.566_371),
