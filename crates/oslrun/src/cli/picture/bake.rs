@@ -25,7 +25,7 @@ use osl_job::file::software::SOFTWARE;
 use osl_job::picture::{self, Extras};
 use osl_job::report::ranges::layer_kind;
 use osl_job::request::values::{self, compression};
-use osl_job::request::{Points, Wanted};
+use osl_job::request::{Lints, Points, Wanted};
 use osl_job::source::load::{self, Request};
 use osl_job::{Failure, Image, Sink};
 use serde::Serialize;
@@ -139,8 +139,10 @@ pub(in crate::cli) fn bake(
         let task = openjd::Task { option: "--udim", name: "Square", numbers: &args.udim };
         return openjd::write(file, &task, &args.job, line, console);
     }
-    let image = args.image();
+    let mut image = args.image();
     let loaded = load::load(&Request::of(&image), console)?;
+    // The warnings are said once, not for each square.
+    image.shader.lints = Lints { allow: vec!["all".to_string()], ..image.shader.lints };
     let outputs = loaded.outputs(&image);
     let is_wanted =
         |name: &str| outputs.as_ref().is_none_or(|list| list.iter().any(|wanted| **wanted == *name));
