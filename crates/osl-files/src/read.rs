@@ -93,6 +93,11 @@ pub struct Stamp {
 }
 
 impl Stamp {
+    /// The stamp of a text in memory after so many changes, which is older than any work.
+    pub fn revision(changes: u64) -> Stamp {
+        Stamp { written: SystemTime::UNIX_EPOCH, length: changes }
+    }
+
     /// Whether the file was last written some time before a moment, so that what was read after it is what
     /// the file holds.
     pub fn is_older_than(&self, moment: SystemTime) -> bool {

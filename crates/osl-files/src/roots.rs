@@ -81,6 +81,17 @@ impl Roots {
         }
     }
 
+    /// Whether a file at a path could be opened by [`Roots::open_target`], whether or not one is there.
+    pub fn may_hold(&self, path: &Path) -> bool {
+        let is_below = |real: &Path| self.below(real).is_some();
+        self.anywhere
+            || match self.real(path) {
+                Ok(real) => is_below(&real),
+                Err(FileError::Outside) => fs::canonicalize(path).is_ok_and(|real| is_below(&real)),
+                Err(error) => matches!(error, FileError::NotFound),
+            }
+    }
+
     /// Opens the first of several paths at which there is something.
     ///
     /// # Errors

@@ -5,7 +5,8 @@
 //! ([`picture::run`]). While it runs, a [`Sink`] gets typed [`Event`]s: diagnostics, messages of shaders,
 //! notes and text. The result is a [`Done`] with values, ranges and the names of the written files. The
 //! modules follow the way of the data: [`request`] says what is wanted, [`source`] reads and compiles,
-//! [`picture`] shades points, [`report`] counts and describes what came out, [`mod@file`] writes it.
+//! [`picture`] shades points, [`report`] counts and describes what came out, [`mod@file`] writes it. Files
+//! come from a [`host`]; a [`Session`] keeps what was read, and cancels work that a change makes outdated.
 //!
 //! The crate must not know the command line, its options, a terminal, or how messages look: clients turn
 //! events into text or JSON.
@@ -13,6 +14,7 @@
 mod event;
 mod failure;
 pub mod file;
+pub mod host;
 mod message;
 pub mod picture;
 pub mod report;
@@ -25,4 +27,4 @@ pub use failure::Failure;
 pub use message::{Message, Place, Severity};
 pub use picture::{Done, First};
 pub use request::Image;
-pub use session::Session;
+pub use session::{Session, Snapshot};

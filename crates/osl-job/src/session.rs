@@ -1,32 +1,93 @@
-//! What is kept from picture to picture: sources that were read and resolved, and textures.
+//! What is kept from picture to picture, and the state that a picture is made of.
 //!
-//! A file is read again when its time or size has changed, and so is everything else that was kept with it.
+//! A [`Session`] lasts as long as its client. Work begins on a [`Snapshot`] of it, which does not change; a
+//! change makes another snapshot, and cancels the work on the older ones. What was read is kept until the
+//! time or the size of a file changes: sources that were resolved, textures, meshes and attributes.
 
-use osl_files::{Stamp, stamp};
+use crate::host::{Disk, Host};
+use osl_files::Stamp;
 use osl_hir::hir;
 use osl_image::TextureCache;
-use osl_limits::Limits;
+use osl_limits::{Cancel, Limits};
 use osl_lower::group::Group;
+use osl_scene::Data;
+use osl_scene::mesh::Mesh;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
-/// What pictures share. Clones share the same; a session from `default` keeps nothing.
-#[derive(Clone, Debug, Default)]
-pub struct Session(Option<Arc<Mutex<Kept>>>);
+/// What pictures share. Clones are one session.
+#[derive(Clone, Debug)]
+pub struct Session(Arc<Mutex<Snapshot>>);
+
+impl Session {
+    /// A session that keeps what it reads from this host.
+    pub fn new(host: impl Host + 'static) -> Session {
+        let first = Snapshot { host: Arc::new(host), cancel: Cancel::new(), kept: Some(Arc::default()) };
+        Session(Arc::new(Mutex::new(first)))
+    }
+
+    /// The present state.
+    pub fn snapshot(&self) -> Snapshot {
+        self.now().clone()
+    }
+
+    /// Sets the host of the work that begins from now on, and cancels the work on older snapshots. It does
+    /// not wait for the end of that work.
+    pub fn change(&self, host: impl Host + 'static) -> Snapshot {
+        self.next(Some(Arc::new(host)))
+    }
+
+    /// Cancels the work on older snapshots because the client wants something else, or because files have
+    /// changed; the host stays.
+    pub fn outdate(&self) -> Snapshot {
+        self.next(None)
+    }
+
+    fn next(&self, host: Option<Arc<dyn Host>>) -> Snapshot {
+        let mut now = self.now();
+        now.cancel.cancel();
+        now.cancel = Cancel::new();
+        now.host = host.unwrap_or_else(|| now.host.clone());
+        now.clone()
+    }
+
+    fn now(&self) -> MutexGuard<'_, Snapshot> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The state of a session at a time. One from `default` is the disk; it keeps nothing and is never outdated.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    host: Arc<dyn Host>,
+    cancel: Cancel,
+    kept: Option<Arc<Mutex<Kept>>>,
+}
+
+impl Default for Snapshot {
+    fn default() -> Snapshot {
+        Snapshot { host: Arc::new(Disk), cancel: Cancel::new(), kept: None }
+    }
+}
 
 #[derive(Debug, Default)]
-struct Kept {
-    source: Option<Entry<Arc<Source>>>,
-    textures: Option<Entry<TextureCache>>,
+pub(crate) struct Kept {
+    pub(crate) source: Slot<Arc<Source>>,
+    pub(crate) mesh: Slot<Arc<Mesh>>,
+    pub(crate) data: Slot<Data>,
+    textures: Slot<TextureCache>,
 }
+
+/// The last thing of a kind.
+type Slot<T> = Option<Entry<T>>;
 
 /// Something that was made from files, for a request with this key.
 #[derive(Debug)]
-struct Entry<T> {
+pub(crate) struct Entry<T> {
     key: String,
     files: BTreeMap<PathBuf, Option<Stamp>>,
     made: T,
@@ -34,8 +95,8 @@ struct Entry<T> {
 
 impl<T: Clone> Entry<T> {
     /// What was made, if it is for this key and no file has changed.
-    fn get(&self, key: &str) -> Option<T> {
-        let is_same = self.key == key && self.files.iter().all(|(path, before)| stamp(path) == *before);
+    fn get(&self, key: &str, host: &dyn Host) -> Option<T> {
+        let is_same = self.key == key && self.files.iter().all(|(path, before)| host.stamp(path) == *before);
         is_same.then(|| self.made.clone())
     }
 
@@ -43,11 +104,11 @@ impl<T: Clone> Entry<T> {
     /// changed since it was read.
     fn new(
         key: String,
-        began: SystemTime,
+        (host, began): (&dyn Host, SystemTime),
         files: impl IntoIterator<Item = PathBuf>,
         made: T,
-    ) -> Option<Self> {
-        let files: BTreeMap<_, _> = files.into_iter().map(|path| (path.clone(), stamp(&path))).collect();
+    ) -> Slot<T> {
+        let files: BTreeMap<_, _> = files.into_iter().map(|path| (path.clone(), host.stamp(&path))).collect();
         let rests = files.values().flatten().all(|stamp| stamp.is_older_than(began));
         rests.then_some(Entry { key, files, made })
     }
@@ -73,31 +134,36 @@ pub(crate) enum Resolved {
     Group(Box<Group>),
 }
 
-impl Session {
-    /// A session that keeps what it has read.
-    pub fn keeping() -> Session {
-        Session(Some(Arc::default()))
+impl Snapshot {
+    /// The host.
+    pub fn host(&self) -> &Arc<dyn Host> {
+        &self.host
     }
 
-    /// The source for a key, read by `read` unless it is kept. A source with errors is not kept.
-    pub(crate) fn source<E>(
+    /// Whether the session has changed since. Work on the snapshot has limits until this.
+    pub fn cancel(&self) -> &Cancel {
+        &self.cancel
+    }
+
+    /// What a slot keeps for a key, or what `make` makes from files. Without files it is not kept.
+    pub(crate) fn keep<T: Clone, E>(
         &self,
+        slot: fn(&mut Kept) -> &mut Slot<T>,
         key: impl FnOnce() -> String,
-        read: impl FnOnce() -> Result<Source, E>,
-    ) -> Result<Arc<Source>, E> {
-        let Some(kept) = &self.0 else { return read().map(Arc::new) };
+        make: impl FnOnce() -> Result<(T, Vec<PathBuf>), E>,
+    ) -> Result<T, E> {
+        let Some(kept) = &self.kept else { return Ok(make()?.0) };
         let key = key();
         let lock = || kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(source) = lock().source.as_ref().and_then(|entry| entry.get(&key)) {
-            return Ok(source);
+        if let Some(made) = slot(&mut lock()).as_ref().and_then(|entry| entry.get(&key, &*self.host)) {
+            return Ok(made);
         }
-        let began = SystemTime::now();
-        let source = Arc::new(read()?);
-        if source.resolved.is_some() {
-            let files = source.sources.files().iter().map(|file| PathBuf::from(&*file.name));
-            lock().source = Entry::new(key, began, files, source.clone());
+        let began = self.host.now();
+        let (made, files) = make()?;
+        if !files.is_empty() {
+            *slot(&mut lock()) = Entry::new(key, (&*self.host, began), files, made.clone());
         }
-        Ok(source)
+        Ok(made)
     }
 
     /// The textures for a picture: those that are kept if the same files may be read and none of them has
@@ -108,22 +174,31 @@ impl Session {
         limits: &Limits,
         make: impl FnOnce() -> TextureCache,
     ) -> TextureCache {
-        let Some(kept) = &self.0 else { return make() };
+        let Some(kept) = &self.kept else { return make() };
         let key = key();
         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(textures) = kept.textures.as_ref().and_then(|entry| entry.get(&key)) {
+        if let Some(textures) = kept.textures.as_ref().and_then(|entry| entry.get(&key, &*self.host)) {
             return textures.renewed(limits);
         }
         let textures = make();
-        kept.textures = Some(Entry { key, files: BTreeMap::new(), made: textures.clone() });
+        kept.textures = Some(Entry { key, files: self.all_textures(), made: textures.clone() });
         textures
     }
 
     /// Notes which files the kept textures come from, after a run that began at a moment.
     pub(crate) fn note_textures(&self, began: SystemTime) {
-        let Some(kept) = &self.0 else { return };
+        let Some(kept) = &self.kept else { return };
         let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(Entry { key, made, .. }) = kept.textures.take() else { return };
-        kept.textures = Entry::new(key, began, made.places([]), made);
+        let Some(Entry { key, files, made }) = kept.textures.take() else { return };
+        // Those of a snapshot with other textures belong to its run.
+        if files.get(&PathBuf::new()) == self.all_textures().get(&PathBuf::new()) {
+            let places = made.places([]).into_iter().chain(files.into_keys());
+            kept.textures = Entry::new(key, (&*self.host, began), places, made);
+        }
+    }
+
+    /// The stamp that changes when the host has other textures.
+    fn all_textures(&self) -> BTreeMap<PathBuf, Option<Stamp>> {
+        BTreeMap::from([(PathBuf::new(), self.host.stamp(&PathBuf::new()))])
     }
 }

@@ -41,7 +41,14 @@ pub(crate) struct Flag {
 /// The work gets limits from [`Limits::until`], and ends with [`Halt::Cancelled`] soon after
 /// [`Cancel::cancel`] is called. Cancelled work cannot be resumed.
 #[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancel(Arc<State>);
+
+#[derive(Debug, Default)]
+struct State {
+    cancelled: AtomicBool,
+    /// The work that this is a part of.
+    whole: Option<Cancel>,
+}
 
 impl Cancel {
     /// A state in which nothing is cancelled.
@@ -49,14 +56,21 @@ impl Cancel {
         Cancel::default()
     }
 
+    /// A state for a part of the work, which can be cancelled alone, and is cancelled with the whole.
+    #[must_use]
+    pub fn part(&self) -> Cancel {
+        Cancel(Arc::new(State { whole: Some(self.clone()), ..State::default() }))
+    }
+
     /// Cancels the work. Does not wait for its end.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
     /// Whether the work was cancelled.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        let of_whole = || self.0.whole.as_ref().is_some_and(Cancel::is_cancelled);
+        self.0.cancelled.load(Ordering::Relaxed) || of_whole()
     }
 }
 

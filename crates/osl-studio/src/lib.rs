@@ -22,4 +22,4 @@ mod subject;
 pub use guard::Token;
 pub use protocol::{Edit, Layer, Line, Output, Picture, Saved, Shader, State, Thumbnail, version};
 pub use server::{Options, Server, StartError};
-pub use subject::{Files, First, Stop, Subject};
+pub use subject::{Files, First, Outdate, Stop, Subject};

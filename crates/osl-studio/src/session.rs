@@ -1,14 +1,14 @@
 //! One open page: reads its requests, decides which work is next and which is outdated, and sends the
 //! answers.
 //!
-//! Two threads share an [`Inbox`]. The reader puts the newest request there, cancels the work that it makes
-//! outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
+//! Two threads share an [`Inbox`]. The reader puts the newest request there, lets the subject cancel the work
+//! that it makes outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
 //! request of each kind is kept, so a fast page and a slow shader need no queue. A page that does not read
 //! its answers stops only its own worker.
 
 use crate::http::is_waiting;
 use crate::protocol::{self, Edit, MAX_MESSAGE, Picture, Request, State};
-use crate::subject::{Files, First, Stop, Subject};
+use crate::subject::{Files, First, Outdate, Stop, Subject};
 use osl_limits::Cancel;
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -33,6 +33,10 @@ const SMALL_ABOVE: [Duration; 3] =
 /// What the worker has to do.
 #[derive(Default)]
 struct Inbox {
+    /// Cancels the work on the present state, and begins another one.
+    outdate: Option<Outdate>,
+    /// The work on the present state.
+    present: Cancel,
     state: Option<(u64, State)>,
     point: Option<(u64, [usize; 2])>,
     line: Option<(u64, u32)>,
@@ -135,13 +139,17 @@ impl Shared {
                 inbox.line.take().map(|(id, line)| Task::Line(id, line))
             };
             if let Some(task) = task {
-                let cancel = Cancel::new();
                 let kind = match task {
                     Task::Point(..) => Work::Point,
                     Task::Line(..) => Work::Line,
                     Task::Pin(..) | Task::Group(_) => Work::Pin,
                     Task::Save { .. } => Work::Save,
                     Task::Picture { .. } | Task::Pong(_) => Work::Picture,
+                };
+                // What a newer state does not outdate ends only with the page.
+                let cancel = match kind {
+                    Work::Pin | Work::Save => Cancel::new(),
+                    Work::Picture | Work::Point | Work::Line => inbox.present.part(),
                 };
                 inbox.running = Some(Running { cancel: cancel.clone(), kind });
                 return Some((task, cancel));
@@ -160,11 +168,8 @@ impl Inbox {
     }
 
     /// Cancels the work for a state that is outdated.
-    fn cancel_outdated(&self) {
-        let is_outdated = |running: &Running| !matches!(running.kind, Work::Pin | Work::Save);
-        if self.running.as_ref().is_some_and(is_outdated) {
-            self.cancel_all();
-        }
+    fn cancel_outdated(&mut self) {
+        self.present = self.outdate.as_ref().map(|outdate| outdate()).unwrap_or_default();
     }
 
     /// Cancels the work that is being done.
@@ -236,6 +241,10 @@ impl Write for ReadHalf {
 pub(crate) fn run(stream: TcpStream, rest: Vec<u8>, subject: Box<dyn Subject>, turn: Arc<Mutex<()>>) {
     let Ok(writing) = stream.try_clone() else { return };
     let shared = Arc::new(Shared::default());
+    shared.put(|inbox| {
+        inbox.outdate = Some(subject.outdate());
+        inbox.cancel_outdated();
+    });
     let worker = {
         let shared = shared.clone();
         let socket = WebSocket::from_raw_socket(writing, Role::Server, None);

@@ -11,10 +11,16 @@ use std::path::PathBuf;
 /// answer is outdated when one of them changes.
 pub type Files = BTreeMap<PathBuf, Option<Stamp>>;
 
+/// Cancels the work on the state before, and returns what cancels the work on the new one.
+pub type Outdate = Box<dyn Fn() -> Cancel + Send>;
+
 /// Something that can be shown on the page.
 ///
 /// Each connection has its own. The server asks one question at a time.
 pub trait Subject: Send {
+    /// Makes a function that is called when the page wants another state, or when a file has changed.
+    fn outdate(&self) -> Outdate;
+
     /// Describes the shader, also if it has errors. Adds the files that it reads.
     ///
     /// # Errors

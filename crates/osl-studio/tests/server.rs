@@ -4,15 +4,15 @@
 
 use osl_limits::Cancel;
 use osl_studio::{
-    Edit, Files, First, Layer, Line, Options, Picture, Saved, Server, Shader, State, Stop, Subject,
+    Edit, Files, First, Layer, Line, Options, Outdate, Picture, Saved, Server, Shader, State, Stop, Subject,
     Thumbnail, version,
 };
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tungstenite::protocol::Role;
 use tungstenite::{Message, WebSocket};
@@ -44,6 +44,16 @@ impl Fake {
 }
 
 impl Subject for Fake {
+    fn outdate(&self) -> Outdate {
+        let present = Mutex::new(Cancel::new());
+        Box::new(move || {
+            let mut present = present.lock().unwrap();
+            present.cancel();
+            *present = Cancel::new();
+            present.clone()
+        })
+    }
+
     fn shader(&mut self, state: &State, files: &mut Files) -> Result<Shader, Stop> {
         files.insert(self.file.clone(), osl_files::stamp(&self.file));
         if state.file.as_deref() == Some("missing") {

@@ -30,7 +30,7 @@ use osl_syntax::source::SourceMap;
 use sampling::Plan;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 /// A smaller grid that the compiled program runs before the whole one.
 pub struct First<'a> {
@@ -107,9 +107,9 @@ impl Done {
 /// The request makes no sense, the shader has errors, a file cannot be read or written, or a limit is
 /// reached.
 pub fn run(image: &Image, extras: Extras<'_>, sink: &mut dyn Sink) -> Result<Done, Failure> {
-    let began = SystemTime::now();
+    let began = image.snapshot().host().now();
     let done = shade(image, extras, sink);
-    image.session.note_textures(began);
+    image.snapshot().note_textures(began);
     done
 }
 

@@ -7,7 +7,6 @@ use crate::request::Image;
 use crate::request::Trust;
 use crate::source::load::TextureFiles;
 use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
-use osl_image::TextureCache;
 use osl_scene::{Crop, Grid, set_screen_spaces};
 use osl_syntax::source::SourceMap;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -68,10 +67,10 @@ pub fn services(image: &Image, files: TextureFiles, scene: Spaces) -> Services {
     // What decides which texture a name stands for, and how many are kept.
     let key =
         || format!("{folders:?} {typed:?} {} {}", image.shader.allow_files, limits.images.texture_memory);
-    let textures = image.session.textures(key, &limits, || {
-        TextureCache::within(folders.clone(), &limits)
-            .allow_files(image.shader.allow_files)
-            .trusting(typed.iter().cloned())
+    let snapshot = image.snapshot();
+    let textures = snapshot.textures(key, &limits, || {
+        let textures = snapshot.host().textures(folders.clone(), &limits);
+        textures.allow_files(image.shader.allow_files).trusting(typed.iter().cloned())
     });
     Services {
         ray: image.provided.ray.clone(),

@@ -4,8 +4,8 @@
 use super::setup;
 use crate::event::{Event, Meters};
 use crate::report::messages;
-use crate::request::Image;
 use crate::request::values::Gained;
+use crate::request::{Image, Reading};
 use crate::source::data;
 use crate::source::input;
 use crate::source::load::LoadedShader;
@@ -80,7 +80,7 @@ pub struct Job<'a> {
 /// The origin of a surface.
 enum Source {
     Shape(Shape),
-    Mesh(Mesh),
+    Mesh(Arc<Mesh>),
 }
 
 impl<'a> Job<'a> {
@@ -94,7 +94,7 @@ impl<'a> Job<'a> {
         let name = image.points.surface.on.as_deref().unwrap_or("sphere");
         let shape = match Shape::named(name) {
             Some(shape) => Source::Shape(shape),
-            None => Source::Mesh(mesh(name, image.limits())?),
+            None => Source::Mesh(mesh(name, &image.shader.read)?),
         };
         let edge = image.points.surface.edge_pixels.unwrap_or(EDGE);
         if edge.is_nan() || edge <= 0.0 {
@@ -273,7 +273,7 @@ impl<'a> Job<'a> {
                 Ok((placed.bounds(), placed.reach()))
             }
             Source::Mesh(mesh) => {
-                let mut mesh = mesh.clone();
+                let mut mesh = Mesh::clone(mesh);
                 mesh.transform(&self.to_common);
                 // A smooth surface is smaller than its control mesh; two levels show by how much.
                 let positions = match self.image.points.surface.catmull_clark {
@@ -342,7 +342,7 @@ impl<'a> Job<'a> {
                 shape.triangles_within(&self.to_common, &detail, self.limits()).map_err(Failure::new)?
             }
             Source::Mesh(mesh) => {
-                let mut mesh = mesh.clone();
+                let mut mesh = Mesh::clone(mesh);
                 mesh.transform(&self.to_common);
                 let found = tessellate_within(&mesh, scheme, &detail, self.limits()).map_err(Failure::new)?;
                 if !found.oddities.is_empty() {
@@ -362,16 +362,20 @@ impl<'a> Job<'a> {
 }
 
 /// The mesh of a file.
-fn mesh(name: &str, limits: &Limits) -> Result<Mesh, Failure> {
+fn mesh(name: &str, read: &Reading) -> Result<Arc<Mesh>, Failure> {
     let path = Path::new(name);
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
         let names: Vec<&str> = Shape::NAMED.iter().map(|(name, _)| *name).collect();
         let names = names.join(", ");
         return Err(Failure::new(format!("`{name}` is no surface; there are {names}, and files *.obj")));
     }
-    let text =
-        input::read_text(path, limits).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
-    read_obj_within(&text, limits).map_err(|e| Failure::new(format!("{name}: {e}")))
+    let mesh = || {
+        let text =
+            input::read_text(path, read).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+        let mesh = read_obj_within(&text, &read.limits).map_err(|e| Failure::new(format!("{name}: {e}")))?;
+        Ok((Arc::new(mesh), vec![path.to_owned()]))
+    };
+    read.snapshot.keep(|kept| &mut kept.mesh, || name.to_string(), mesh)
 }
 
 /// The meaning of the displacement's output, whose movement a gain multiplies.

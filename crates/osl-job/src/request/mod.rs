@@ -10,7 +10,7 @@ pub mod values;
 
 pub use lints::Lints;
 
-use crate::Session;
+use crate::Snapshot;
 use bounds::Bounds;
 use globals::GlobalValues;
 use osl_exec::Isa;
@@ -54,6 +54,15 @@ pub struct Reading {
     pub reach: Reach,
     /// The limits of all work for the request.
     pub limits: Limits,
+    /// Where files come from, and what was read before.
+    pub snapshot: Snapshot,
+}
+
+impl Reading {
+    /// Files of the disk, within limits.
+    pub fn within(limits: &Limits) -> Reading {
+        Reading { limits: limits.clone(), ..Reading::default() }
+    }
 }
 
 /// A group of shaders, and how its layers are connected.
@@ -319,11 +328,22 @@ pub struct Image {
     pub wanted: Wanted,
     /// Which values of parameters may name any file.
     pub trust: Trust,
-    /// What the picture shares with others.
-    pub session: Session,
 }
 
 impl Image {
+    /// The same picture of a session's state: work on it ends when the session changes.
+    #[must_use]
+    pub fn on(mut self, snapshot: Snapshot) -> Image {
+        self.shader.read.limits = self.limits().until(snapshot.cancel());
+        self.shader.read.snapshot = snapshot;
+        self
+    }
+
+    /// The state of the session that the picture is made of.
+    pub fn snapshot(&self) -> &Snapshot {
+        &self.shader.read.snapshot
+    }
+
     /// Columns and rows of the picture: of the crop, or of the whole grid.
     pub fn size(&self) -> (usize, usize) {
         self.points.crop.as_ref().map_or(self.points.grid, |crop| (crop.columns.len(), crop.rows.len()))

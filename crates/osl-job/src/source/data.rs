@@ -3,7 +3,7 @@
 
 use super::input;
 use crate::Failure;
-use crate::request::Image;
+use crate::request::{Image, Reading};
 use osl_exec::Datum;
 use osl_ir::ir::{Body, Const, Kernel, Kind, Op, ValueId};
 use osl_ir::passes;
@@ -14,18 +14,32 @@ use osl_scene::Data;
 use osl_syntax::spelling::closest;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Reads the values on the command line and the attribute file.
 pub fn read(image: &Image) -> Result<Data, Failure> {
-    let limits = image.limits();
-    let mut data = Data { globals: image.provided.globals.values(), ..Data::default() };
+    let read = &image.shader.read;
+    let mut data = match image.provided.attributes.as_deref() {
+        Some(path) => read.snapshot.keep(
+            |kept| &mut kept.data,
+            || path.display().to_string(),
+            || Ok((attributes(path, read)?, vec![path.to_owned()])),
+        )?,
+        None => Data::default(),
+    };
+    data.globals = image.provided.globals.values();
     for (name, text) in &image.provided.userdata {
         data.user.insert(name.clone(), user_datum(text));
     }
-    let Some(path) = image.provided.attributes.as_deref() else { return Ok(data) };
+    Ok(data)
+}
+
+/// The attributes in a file.
+fn attributes(path: &Path, read: &Reading) -> Result<Data, Failure> {
+    let mut data = Data::default();
     let wrong = |why: &dyn std::fmt::Display| Failure::new(format!("attributes {}: {why}", path.display()));
-    let text = input::read_text(path, limits).map_err(|e| wrong(&e))?;
+    let text = input::read_text(path, read).map_err(|e| wrong(&e))?;
     let value: Value = serde_json::from_str(&text).map_err(|e| wrong(&e))?;
     let Value::Object(list) = value else {
         return Err(wrong(&"the file is to hold an object: {\"name\": value, …}"));

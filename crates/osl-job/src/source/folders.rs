@@ -1,9 +1,10 @@
 //! Where the shaders of a group or a scene are found.
 
 use super::{input, nodes, repair};
+use crate::host::{self, Within};
 use crate::request::Reading;
 use osl::stages::ShaderFiles;
-use osl_files::{FileError, Opened, Roots};
+use osl_files::{FileError, Roots};
 use osl_syntax::encoding::{self, Decoded};
 use osl_syntax::source::SourceProvider;
 use osl_syntax::spelling::closest;
@@ -35,7 +36,8 @@ impl<'a> Folders<'a> {
         folders.extend(more.iter().cloned());
         let includes = input::includes(folder, read).or_anywhere(anywhere);
         more.iter().for_each(|folder| includes.also(folder));
-        let roots = Roots::new(&folders).or_anywhere(anywhere);
+        let mut roots = Roots::default().or_anywhere(anywhere);
+        folders.iter().for_each(|folder| read.snapshot.host().permit(folder, false, &mut roots));
         Folders { own: None, folders, roots, includes, read, repair: repair.then(RefCell::default) }
     }
 
@@ -53,8 +55,9 @@ impl<'a> Folders<'a> {
     fn not_found(&self, shader: &str) -> String {
         let why = "there is no such file in the shader paths, nor is it built in";
         let stem = |name: String| name.strip_suffix(".osl").map(str::to_string);
+        let host = &**self.read.snapshot.host();
         let beside: Vec<String> =
-            self.folders.iter().flat_map(|f| input::names_in(f, "osl")).filter_map(stem).collect();
+            self.folders.iter().flat_map(|f| input::names_in(host, f, "osl")).filter_map(stem).collect();
         let mut names: Vec<&str> = nodes::names().collect();
         names.extend(beside.iter().map(String::as_str));
         match closest(shader, names) {
@@ -64,10 +67,7 @@ impl<'a> Folders<'a> {
     }
 
     /// A shader's file after reading: its name and text.
-    fn open(&self, file: Opened) -> Result<(String, String), String> {
-        let path = file.path().to_path_buf();
-        let most = self.read.limits.reading.file_bytes;
-        let bytes = file.bytes(most).map_err(|error| error.to_string())?;
+    fn take(&self, path: &Path, bytes: Vec<u8>) -> Result<(String, String), String> {
         let Decoded { text, foreign } = encoding::decode(bytes).map_err(|why| why.to_string())?;
         let name = path.display().to_string();
         self.includes.note(&name, foreign);
@@ -84,8 +84,10 @@ impl<'a> Folders<'a> {
 impl ShaderFiles for Folders<'_> {
     fn find(&self, shader: &str) -> Result<(String, String), String> {
         let name = Path::new(shader);
+        let (host, most) = (&**self.read.snapshot.host(), self.read.limits.reading.file_bytes);
         if self.own.as_deref() == Some(name) {
-            return self.open(osl_files::open_named(name).map_err(|error| error.to_string())?);
+            let bytes = host.read(name, Within::Anywhere, most).map_err(|error| error.to_string())?;
+            return self.take(name, bytes);
         }
         let names = if name.extension().is_some_and(|e| e == "osl" || e == "oso") {
             vec![name.to_path_buf()]
@@ -93,8 +95,8 @@ impl ShaderFiles for Folders<'_> {
             ["osl", "oso"].map(|ending| PathBuf::from(format!("{shader}.{ending}"))).into()
         };
         let places = self.folders.iter().flat_map(|folder| names.iter().map(move |name| folder.join(name)));
-        match self.roots.first(places) {
-            Ok(file) => self.open(file),
+        match host::first(places, |path| host.read(path, Within::Roots(&self.roots), most)) {
+            Ok((path, bytes)) => self.take(&path, bytes),
             Err(FileError::NotFound) => match nodes::find(shader) {
                 Some(text) => Ok((format!("{shader}.osl (built in)"), text.to_string())),
                 None => Err(self.not_found(shader)),

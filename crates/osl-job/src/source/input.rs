@@ -1,19 +1,16 @@
-//! Reads source files and their includes from the disk.
+//! Reads source files and their includes from the host.
 
 use crate::Failure;
+use crate::host::{self, Host, STDIN, Within};
 use crate::request::{Reach, Reading};
-use osl_files::{FileError, Kind, Opened, Roots};
-use osl_limits::Limits;
+use osl_files::{FileError, Roots};
 use osl_syntax::Options;
 use osl_syntax::encoding::{self, Decoded, Foreign};
 use osl_syntax::source::{About, SourceProvider};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
-
-/// Number of folders above that of a shader which belong to its project, unless a `.git` says more.
-const ABOVE: usize = 3;
+use std::sync::Arc;
 
 /// Finds included files: first in the folder of the including file, then in that of the main file, then in
 /// the folders of `-I`. [`Reach`] says which files it may find.
@@ -28,20 +25,16 @@ pub struct Files {
     roots: RefCell<Roots>,
     /// What is special about the files that were read.
     about: RefCell<HashMap<String, About>>,
-    limits: Limits,
+    host: Arc<dyn Host>,
+    /// Maximum bytes of a file.
+    most: u64,
 }
 
 impl Files {
     /// Adds a folder from which files may be read, with its project.
     pub fn also(&self, folder: &Path) {
-        self.shown.borrow_mut().add(folder);
-        let mut roots = self.roots.borrow_mut();
-        roots.add(folder);
-        if self.reach != Reach::Folders
-            && let Some(project) = project(folder)
-        {
-            roots.add(&project);
-        }
+        self.host.permit(folder, false, &mut self.shown.borrow_mut());
+        self.host.permit(folder, self.reach != Reach::Folders, &mut self.roots.borrow_mut());
     }
 
     /// The same search; with `anywhere`, files may be in any folder.
@@ -57,15 +50,16 @@ impl Files {
         }
     }
 
-    /// Opens an included file. Also says whether messages must not show its text.
-    fn open(&self, path: &Path, relative: bool) -> Result<(Opened, bool), FileError> {
-        match self.shown.borrow().open_target(path) {
+    /// Reads an included file. Also says whether messages must not show its text.
+    fn read(&self, path: &Path, relative: bool) -> Result<(Vec<u8>, bool), FileError> {
+        match self.host.read(path, Within::Target(&self.shown.borrow()), self.most) {
             Err(FileError::Outside) => {}
             found => return Ok((found?, false)),
         }
-        match self.roots.borrow().open_target(path) {
+        match self.host.read(path, Within::Target(&self.roots.borrow()), self.most) {
             Err(FileError::Outside) if relative && self.reach == Reach::Relative => {
-                Ok((Roots::default().or_anywhere(true).open(path)?, true))
+                let anywhere = Roots::default().or_anywhere(true);
+                Ok((self.host.read(path, Within::Roots(&anywhere), self.most)?, true))
             }
             found => Ok((found?, true)),
         }
@@ -77,34 +71,16 @@ impl Files {
         folders: impl IntoIterator<Item = PathBuf>,
         name: &str,
     ) -> Result<(String, Arc<str>), String> {
-        let mut answer = FileError::NotFound;
-        for path in folders.into_iter().map(|folder| folder.join(name)) {
-            match self.open(&path, Path::new(name).is_relative()) {
-                Err(FileError::NotFound | FileError::NotAFile(Kind::Folder)) => {}
-                Err(FileError::Outside) => answer = FileError::Outside,
-                Err(error) => return Err(include_error(error)),
-                Ok((file, hidden)) => {
-                    let name = file.path().display().to_string();
-                    let bytes = file.bytes(self.limits.reading.file_bytes).map_err(include_error)?;
-                    let Decoded { text, foreign } = encoding::decode(bytes).map_err(|why| why.to_string())?;
-                    self.about.borrow_mut().insert(name.clone(), About { hidden, first_foreign: None });
-                    self.note(&name, foreign);
-                    return Ok((name, text.into()));
-                }
-            }
-        }
-        Err(include_error(answer))
+        let places = folders.into_iter().map(|folder| folder.join(name));
+        let relative = Path::new(name).is_relative();
+        let found = host::first(places, |path| self.read(path, relative));
+        let (path, (bytes, hidden)) = found.map_err(include_error)?;
+        let name = path.display().to_string();
+        let Decoded { text, foreign } = encoding::decode(bytes).map_err(|why| why.to_string())?;
+        self.about.borrow_mut().insert(name.clone(), About { hidden, first_foreign: None });
+        self.note(&name, foreign);
+        Ok((name, text.into()))
     }
-}
-
-/// The project of a folder, links resolved: the nearest folder from it up that has a `.git`, else some
-/// folders above. The root of the file system is none.
-fn project(folder: &Path) -> Option<PathBuf> {
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let real = folder.canonicalize().ok()?;
-    let above = || real.ancestors().filter(|above| above.parent().is_some());
-    let marked = above().find(|above| above.join(".git").exists());
-    marked.or_else(|| above().take(ABOVE + 1).last()).map(Path::to_path_buf)
 }
 
 impl SourceProvider for Files {
@@ -121,7 +97,7 @@ impl SourceProvider for Files {
     fn names(&self, from: &str) -> Vec<String> {
         let beside = Path::new(from).parent().map(Path::to_path_buf);
         let folders = beside.into_iter().chain([self.main.clone()]).chain(self.folders.iter().cloned());
-        folders.flat_map(|folder| names_in(&folder, "h")).collect()
+        folders.flat_map(|folder| names_in(&*self.host, &folder, "h")).collect()
     }
 
     /// The first `stdosl.h` in the folders of `-I`, since vendors extend it.
@@ -131,18 +107,10 @@ impl SourceProvider for Files {
     }
 }
 
-/// Maximum number of entries of a folder that are looked at for a suggestion.
-const MOST_ENTRIES: usize = 1000;
-
 /// The names of the files in a folder with this extension, in order.
-pub fn names_in(folder: &Path, extension: &str) -> Vec<String> {
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(MOST_ENTRIES);
-    let paths = entries.map(|entry| PathBuf::from(entry.file_name()));
-    let fits = |path: &PathBuf| path.extension().is_some_and(|e| e == extension);
-    let mut names: Vec<String> = paths.filter(fits).map(|path| path.display().to_string()).collect();
-    names.sort();
-    names
+pub fn names_in(host: &dyn Host, folder: &Path, extension: &str) -> Vec<String> {
+    let fits = |name: &String| Path::new(name).extension().is_some_and(|e| e == extension);
+    host.names(folder).into_iter().filter(fits).collect()
 }
 
 fn include_error(error: FileError) -> String {
@@ -180,36 +148,14 @@ impl Input {
     }
 }
 
-/// The name of the standard input as a main file.
-const STDIN: &str = "-";
-
 /// Reads a main file; `-` is the standard input.
 pub fn read(path: &Path, reading: &Reading) -> Result<Input, Failure> {
-    if path.as_os_str() == STDIN {
-        return read_stdin(reading);
-    }
-    let decoded = read_source(path, &reading.limits)
-        .map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
-    let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    Ok(decoded_input(path.display().to_string(), decoded, main, reading))
-}
-
-/// Reads a main file from the standard input; its includes are searched for in the working directory.
-pub fn read_stdin(reading: &Reading) -> Result<Input, Failure> {
-    let name = "<standard input>";
-    let most = reading.limits.reading.file_bytes;
-    // Commands that compile a shader several times read it again.
-    static TEXT: OnceLock<Decoded> = OnceLock::new();
-    let cannot = |why: &dyn std::fmt::Display| Failure::new(format!("cannot read {name}: {why}"));
-    let decoded = match TEXT.get() {
-        Some(decoded) => decoded.clone(),
-        None => {
-            let bytes = osl_files::read_stream(std::io::stdin().lock(), most).map_err(|e| cannot(&e))?;
-            let decoded = encoding::decode(bytes).map_err(|e| cannot(&e))?;
-            TEXT.get_or_init(|| decoded).clone()
-        }
-    };
-    Ok(decoded_input(name.to_string(), decoded, PathBuf::new(), reading))
+    // The includes of the standard input are searched for in the working directory.
+    let is_stdin = path.as_os_str() == STDIN;
+    let name = if is_stdin { "<standard input>".to_string() } else { path.display().to_string() };
+    let decoded = read_source(path, reading).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+    let main = path.parent().filter(|_| !is_stdin).map(Path::to_path_buf).unwrap_or_default();
+    Ok(decoded_input(name, decoded, main, reading))
 }
 
 /// A text with its name and the folder of its includes.
@@ -238,13 +184,19 @@ pub fn searched(main: &Path, reading: &Reading) -> Files {
         folders: reading.include.clone(),
         reach: reading.reach,
         shown: RefCell::default(),
-        roots: RefCell::new(Roots::new(
-            [""].iter().map(Path::new).chain(reading.include.iter().map(PathBuf::as_path)),
-        )),
+        roots: RefCell::default(),
         about: RefCell::default(),
-        limits: reading.limits.clone(),
+        host: reading.snapshot.host().clone(),
+        most: reading.limits.reading.file_bytes,
     };
-    reading.include.iter().for_each(|folder| files.shown.borrow_mut().add(folder));
+    let permit = |folder: &Path, roots: &RefCell<Roots>| {
+        files.host.permit(folder, false, &mut roots.borrow_mut());
+    };
+    permit(Path::new(""), &files.roots);
+    for folder in &reading.include {
+        permit(folder, &files.roots);
+        permit(folder, &files.shown);
+    }
     files
 }
 
@@ -264,13 +216,13 @@ pub fn options(reading: &Reading) -> Options {
 }
 
 /// The text of a shader that the user named. On failure, the reason in words for the user.
-pub fn read_source(path: &Path, limits: &Limits) -> Result<Decoded, String> {
-    let bytes = osl_files::open_named(path).and_then(|file| file.bytes(limits.reading.file_bytes));
+pub fn read_source(path: &Path, reading: &Reading) -> Result<Decoded, String> {
+    let bytes = reading.snapshot.host().read(path, Within::Anywhere, reading.limits.reading.file_bytes);
     encoding::decode(bytes.map_err(|error| error.to_string())?).map_err(|why| why.to_string())
 }
 
 /// The text of a file that the user named. On failure, the reason in words for the user.
-pub fn read_text(path: &Path, limits: &Limits) -> Result<String, String> {
-    let opened = osl_files::open_named(path);
-    opened.and_then(|file| file.text(limits.reading.file_bytes)).map_err(|error| error.to_string())
+pub fn read_text(path: &Path, reading: &Reading) -> Result<String, String> {
+    let bytes = reading.snapshot.host().read(path, Within::Anywhere, reading.limits.reading.file_bytes);
+    bytes.and_then(osl_files::text).map_err(|error| error.to_string())
 }

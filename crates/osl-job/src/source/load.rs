@@ -4,7 +4,7 @@ use super::folders::Folders;
 use super::{data, input, levels, repair};
 use crate::event::{Event, Sink};
 use crate::request::{Image, Lints, Network, Reading};
-use crate::session::{Resolved, Session, Source};
+use crate::session::{Resolved, Source};
 use crate::{Failure, NoSink};
 use osl::stages::{self, CompileError};
 use osl_hir::hir;
@@ -97,8 +97,6 @@ pub type MoreTaps<'a> = dyn Fn(&hir::Program, &SourceMap) -> Vec<Tap> + 'a;
 
 /// What to load, according to the command line.
 pub struct Request<'a> {
-    /// What is kept from other requests.
-    pub session: &'a Session,
     /// A source, a compiled shader, or the text of a group.
     pub file: Option<&'a Path>,
     /// A group of shaders.
@@ -136,7 +134,6 @@ impl Request<'_> {
     pub fn of(image: &Image) -> Request<'_> {
         let Image { shader, points, .. } = image;
         Request {
-            session: &image.session,
             file: shader.file.as_deref(),
             network: &shader.network,
             params: &shader.params,
@@ -306,7 +303,7 @@ fn read(path: &Path, request: &Request<'_>, sink: &mut dyn Sink) -> Result<Sourc
 /// The part of a request that decides what its source is.
 fn key(request: &Request<'_>) -> String {
     let Request { file, network, lints, allow_files, repair, read, .. } = request;
-    let Reading { include, define, strict_syntax, version, reach, limits: _ } = read;
+    let Reading { include, define, strict_syntax, version, reach, limits: _, snapshot: _ } = read;
     let syntax = (define, strict_syntax, version, repair.is_some());
     format!("{:?}", (file, network, lints, allow_files, include, reach, syntax))
 }
@@ -320,7 +317,14 @@ fn source(
     if request.repair.flatten().is_some() {
         return read().map(Arc::new);
     }
-    request.session.source(|| key(request), read)
+    let kept = || {
+        let source = Arc::new(read()?);
+        let files = source.sources.files().iter().map(|file| PathBuf::from(&*file.name));
+        // A source with errors is read again.
+        let files = if source.resolved.is_some() { files.collect() } else { Vec::new() };
+        Ok((source, files))
+    };
+    request.read.snapshot.keep(|kept| &mut kept.source, || key(request), kept)
 }
 
 /// The names of the outputs of taps, as they are requested: a struct's name stands for its fields.
@@ -415,7 +419,7 @@ fn written(request: &Request<'_>, is_group: bool) -> Result<Written, Failure> {
     let mut file = "<group>".to_string();
     let mut folder = PathBuf::new();
     if let Some(path) = request.file.filter(|_| is_group) {
-        text = input::read_text(path, &request.read.limits)
+        text = input::read_text(path, request.read)
             .map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
         file = path.display().to_string();
         folder = path.parent().map(Path::to_path_buf).unwrap_or_default();

@@ -4,7 +4,6 @@ use crate::cli::options::limits::LimitArgs;
 use osl::stages::ShaderFiles;
 use osl_job::request::{Reach, Reading};
 use osl_job::source::input;
-use osl_limits::Limits;
 use osl_syntax::source::SourceProvider;
 use std::path::{Path, PathBuf};
 
@@ -14,16 +13,16 @@ pub(super) struct Folders {
     written: Vec<(String, String)>,
     path: Vec<PathBuf>,
     includes: input::Files,
-    limits: Limits,
+    read: Reading,
 }
 
 impl Folders {
     /// The folders of a search path, followed by the working directory.
     pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>, limits: &LimitArgs) -> Folders {
         path.push(PathBuf::new());
-        let read = Reading { limits: limits.limits().clone(), reach: Reach::Relative, ..Reading::default() };
+        let read = Reading { reach: Reach::Relative, ..Reading::within(limits.limits()) };
         let includes = input::searched(Path::new(""), &read);
-        Folders { written, path, includes, limits: limits.limits().clone() }
+        Folders { written, path, includes, read }
     }
 }
 
@@ -43,8 +42,7 @@ impl ShaderFiles for Folders {
                 if path.is_file() {
                     // The user's own script names the shader, so the file and its includes may be anywhere.
                     self.includes.also(folder_of(&path));
-                    let (name, found) =
-                        (path.display().to_string(), input::read_source(&path, &self.limits)?);
+                    let (name, found) = (path.display().to_string(), input::read_source(&path, &self.read)?);
                     self.includes.note(&name, found.foreign);
                     return Ok((name, found.text));
                 }

@@ -11,6 +11,7 @@ use osl_image::{Samples, TextureCache, write_channels};
 use osl_ir::passes;
 use osl_job::file::output;
 use osl_job::picture::setup;
+use osl_job::request::Reading;
 use osl_job::source::input;
 use osl_lower::Requests;
 use osl_lower::group::text::Statement;
@@ -155,7 +156,7 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     // An argument that is not a file is the text of the scene.
     let path = Path::new(file);
     let text = match file.ends_with(".xml") && path.is_file() {
-        true => input::read_text(path, limits)?,
+        true => input::read_text(path, &Reading::within(limits))?,
         false => file.clone(),
     };
     let scene = scene::read(&text, limits).map_err(|why| format!("SEVERE ERROR: {why}"))?;

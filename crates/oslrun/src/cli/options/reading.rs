@@ -49,6 +49,7 @@ impl ReadArgs {
             version: self.osl_version,
             reach: Reach::default(),
             limits: self.limits.limits().clone(),
+            ..Reading::default()
         }
     }
 

@@ -184,7 +184,7 @@ pub(in crate::cli) fn render(
 /// Reads a scene and builds its world; returns the world and the number of samples.
 fn world(args: &RenderArgs, library: &mut Library<'_>, sink: &mut dyn Sink) -> Result<(World, u32), Failure> {
     let limits = &library.reading.limits;
-    let text = input::read_text(&args.file, limits)
+    let text = input::read_text(&args.file, library.reading)
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
     let files = Includes::new(args, limits);
     let mut messages = Messages::within(limits);

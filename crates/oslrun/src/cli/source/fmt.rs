@@ -49,7 +49,7 @@ pub(in crate::cli) fn fmt(args: &FmtArgs, console: &mut Console<'_>) -> Result<(
 /// Formats one file; returns whether that changes it.
 fn one(path: &Path, args: &FmtArgs, reading: &Reading, console: &mut Console<'_>) -> Result<bool, Failure> {
     let stdin = path == Path::new("-");
-    let input = if stdin { input::read_stdin(reading) } else { input::read(path, reading) }?;
+    let input = input::read(path, reading)?;
     if stages::is_compiled(&input.name) {
         return Err(Failure::new(format!("{} is a compiled shader, not a source", input.name)));
     }

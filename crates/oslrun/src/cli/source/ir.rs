@@ -7,9 +7,9 @@ use clap::{Args, ValueEnum};
 use osl::stages;
 use osl_exec::Spaces;
 use osl_ir::passes::{self, Pass};
+use osl_job::Failure;
 use osl_job::request::values::{assignment, pass};
 use osl_job::source::load::{self, Request};
-use osl_job::{Failure, Session};
 use std::path::PathBuf;
 
 /// Which IR to print.
@@ -56,7 +56,6 @@ pub(in crate::cli) enum Stage {
 pub(in crate::cli) fn ir(args: &IrArgs, console: &mut Console<'_>) -> Result<(), Failure> {
     let (network, lints, reading) = (args.network.network(), args.lints.lints(), args.read.reading());
     let request = Request {
-        session: &Session::default(),
         note_derivs: false,
         file: args.file.as_deref(),
         network: &network,

@@ -8,6 +8,7 @@ use crate::cli::options::limits::LimitArgs;
 use crate::cli::source::group_text;
 use osl_hir::hir::Program;
 use osl_image::TextureCache;
+use osl_job::request::Reading;
 use osl_job::source::input;
 use osl_limits::Limits;
 use osl_lower::group::{Connection, Group};
@@ -52,7 +53,7 @@ pub(super) fn group<'a>(
                 builder.restart(&name(groups));
                 let path = Path::new(given);
                 let text = if path.is_file() {
-                    input::read_text(path, console.limits.limits())?
+                    input::read_text(path, &Reading::within(console.limits.limits()))?
                 } else {
                     given.clone()
                 };

@@ -17,7 +17,7 @@ pub(super) fn group(image: &Image, sink: &mut dyn Sink) -> Result<String, Failur
     }
     let limits = image.limits();
     let shaders = if load::is_group(path) {
-        let text = input::read_text(path, limits).map_err(Failure::new)?;
+        let text = input::read_text(path, &image.shader.read).map_err(Failure::new)?;
         let (statements, _) = text::parse(&text, 0, limits);
         let name = |statement: &Statement| match statement {
             Statement::Shader { shader, .. } => Some(shader.text.to_string()),

@@ -16,6 +16,7 @@ use crate::cli::source::info;
 use osl::stages;
 use osl_files::{FileError, Roots, open_named, stamp};
 use osl_hir::lint::Level;
+use osl_job::host::Disk;
 use osl_job::request::Trust;
 use osl_job::source::load::{self, Request};
 use osl_job::source::reads::Reads;
@@ -23,7 +24,7 @@ use osl_job::source::{input, levels, repair};
 use osl_job::{Failure, Image, NoSink, Session, Sink};
 use osl_limits::{Cancel, Limits};
 use osl_scene::shape::Shape;
-use osl_studio::{Edit, Files, First, Layer, Line, Picture, Saved, Shader, State, Stop, Subject};
+use osl_studio::{Edit, Files, First, Layer, Line, Outdate, Picture, Saved, Shader, State, Stop, Subject};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -42,6 +43,7 @@ const PATCH: &str = "patch";
 pub(super) struct Studio {
     /// The picture that the command line describes.
     image: Image,
+    session: Session,
     /// Makes the limits of an answer.
     limits: Box<dyn Fn(&Cancel) -> Limits + Send>,
     /// The words of the command line that the page does not set.
@@ -62,9 +64,9 @@ impl Studio {
     ) -> Studio {
         image.trust = Trust::Only(image.shader.params.iter().map(|(_, value)| value.clone()).collect());
         image.wanted.values = true;
-        image.session = Session::keeping();
         image.wanted.samples = true;
-        Studio { image, limits: Box::new(limits), words, pinned: None, plain: None }
+        let session = Session::new(Disk);
+        Studio { image, session, limits: Box::new(limits), words, pinned: None, plain: None }
     }
 
     fn main(&self) -> &Path {
@@ -123,13 +125,14 @@ impl Studio {
                 surface.displace = None;
             }
         }
+        image.shader.read.snapshot = self.session.snapshot();
         image.shader.read.limits = (self.limits)(cancel);
         Ok(image)
     }
 
     /// Files of the folder that can be shown.
     fn files(&self) -> Vec<String> {
-        ENDINGS.iter().flat_map(|ending| input::names_in(self.folder(), ending)).collect()
+        ENDINGS.iter().flat_map(|ending| input::names_in(&Disk, self.folder(), ending)).collect()
     }
 
     /// Image files in the folder and in the folders of textures.
@@ -140,7 +143,7 @@ impl Studio {
         };
         let mut names: Vec<String> = IMAGES
             .iter()
-            .flat_map(|ending| folders().flat_map(|folder| input::names_in(folder, ending)))
+            .flat_map(|ending| folders().flat_map(|folder| input::names_in(&Disk, folder, ending)))
             .collect();
         names.sort();
         names.dedup();
@@ -156,6 +159,11 @@ fn lessons(diagnostics: &[Value]) -> BTreeMap<String, String> {
 }
 
 impl Subject for Studio {
+    fn outdate(&self) -> Outdate {
+        let session = self.session.clone();
+        Box::new(move || session.outdate().cancel().clone())
+    }
+
     fn shader(&mut self, state: &State, files: &mut Files) -> Result<Shader, Stop> {
         let cancel = Cancel::new();
         let path = self.file(state)?;
