@@ -9,3 +9,4 @@ pub mod load;
 pub mod nodes;
 pub mod reads;
 pub mod repair;
+pub mod scene;

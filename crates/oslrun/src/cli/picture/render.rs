@@ -7,31 +7,17 @@ use crate::cli::options::reading::{FormatArgs, ReadArgs};
 use crate::cli::print::Console;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use osl::stages::{self, ShaderFiles};
-use osl_exec::Services;
-use osl_files::{FileError, Roots};
-use osl_hir::hir;
-use osl_image::TextureCache;
 use osl_job::file::light::Stored;
 use osl_job::picture::setup::{on_threads, stopped};
 use osl_job::picture::{self, render_stats};
 use osl_job::report::messages::{Report, Tally};
-use osl_job::request::Reading;
 use osl_job::request::bounds::displayed_error;
 use osl_job::request::values::{Crop, STDOUT, assignment, crop, grid, picture_file, stops};
-use osl_job::source::folders::Folders;
-use osl_job::source::input;
-use osl_job::{Event, Failure, Sink};
-use osl_limits::Limits;
-use osl_lower::group::text::Shaders;
-use osl_scene::render::{self, Picture, RenderOptions, World};
-use osl_scene::scene::{self, Messages, Networks, SceneFiles, Surroundings};
-use osl_syntax::diagnostic::Diagnostic;
-use osl_syntax::source::SourceMap;
-use std::collections::HashMap;
+use osl_job::source::scene::{self, LoadedScene, Scene};
+use osl_job::{Failure, Sink};
+use osl_scene::render::{self, Picture, RenderOptions};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// What to render.
@@ -134,14 +120,23 @@ pub(in crate::cli) fn render(
             args.file.display()
         )));
     }
-    let mut library = Library::new(args, &reading);
-    let (world, samples) = world(args, &mut library, console)?;
+    let wanted = Scene {
+        file: &args.file,
+        search_path: &args.search_path,
+        allow_files: args.allow_files,
+        repair: args.repair,
+        params: &args.params,
+        size: args.grid,
+        read: &reading,
+    };
+    let loaded = scene::load(&wanted, console)?;
+    let world = &loaded.world;
     let prepared = started.elapsed();
     let [width, height] = world.view.resolution();
     if let Some(crop) = &args.crop {
         crop.check((width, height)).map_err(Failure::usage)?;
     }
-    let mut picture = picture(args, &world, samples, (&library.sources, console))?;
+    let mut picture = picture(args, &loaded, console)?;
     if args.denoise {
         on_threads(args.threads, || render::denoise(&mut picture))?;
     }
@@ -149,7 +144,7 @@ pub(in crate::cli) fn render(
         picture.crop(crop.columns.clone(), crop.rows.clone());
     }
     let rendered = started.elapsed() - prepared;
-    let shading = said(&picture, &library.sources, args, console);
+    let shading = said(&picture, &loaded, console);
     shading.judge(args.deny.is_some())?;
     let piped = args.output.as_os_str() == STDOUT;
     let named = match (piped, args.format) {
@@ -167,7 +162,7 @@ pub(in crate::cli) fn render(
     };
     let file = stored.file(&picture, named, (!piped).then_some(&*args.output))?;
     if args.stats {
-        console.text(&render_stats(&picture, &world, [prepared, rendered]));
+        console.text(&render_stats(&picture, world, [prepared, rendered]));
     }
     if piped {
         let _ = console.out.write_all(&file.into_bytes());
@@ -181,48 +176,9 @@ pub(in crate::cli) fn render(
     Ok(())
 }
 
-/// Reads a scene and builds its world; returns the world and the number of samples.
-fn world(args: &RenderArgs, library: &mut Library<'_>, sink: &mut dyn Sink) -> Result<(World, u32), Failure> {
-    let limits = &library.reading.limits;
-    let text = input::read_text(&args.file, library.reading)
-        .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
-    let files = Includes::new(args, limits);
-    let mut messages = Messages::within(limits);
-    let name = args.file.display().to_string();
-    let description = scene::read(&name, &text, &files, &mut messages);
-    // All materials share the texture cache.
-    let textures = textures(args, limits);
-    let services =
-        || Services { ray: "camera".to_string(), textures: textures.clone(), ..Services::default() };
-    let around = Surroundings { size: args.grid.map(|(w, h)| [w, h]), services: &services };
-    let world = (!messages.failed()).then(|| {
-        let mut networks = Networks::new(&description, library, &mut messages);
-        networks.give(&args.params, &mut messages);
-        scene::build(&description, &mut networks, &around, &mut messages)
-    });
-    // Errors in a shader are reported; the scene is rendered without that shader.
-    let (list, sources) = (&library.diagnostics, &library.sources);
-    sink.event(Event::Diagnostics { list, sources, asked: None });
-    messages.list().iter().for_each(|message| sink.event(Event::Scene(message)));
-    let world = world.flatten().ok_or_else(Failure::said)?;
-    Ok((world, description.settings.samples))
-}
-
-/// The textures of a scene: in its folder, or in a search path.
-fn textures(args: &RenderArgs, limits: &Limits) -> TextureCache {
-    let mut folders = vec![args.file.parent().map(Path::to_path_buf).unwrap_or_default()];
-    folders.extend(args.search_path.iter().cloned());
-    TextureCache::within(folders, limits).allow_files(args.allow_files)
-}
-
-fn picture(
-    args: &RenderArgs,
-    world: &World,
-    samples: u32,
-    (sources, sink): (&SourceMap, &dyn Sink),
-) -> Result<Picture, Failure> {
+fn picture(args: &RenderArgs, loaded: &LoadedScene, sink: &dyn Sink) -> Result<Picture, Failure> {
     let options = RenderOptions {
-        samples: args.samples.unwrap_or(samples),
+        samples: args.samples.unwrap_or(loaded.samples),
         max_error: args.max_error,
         seed: args.seed,
         crop: args.crop.as_ref().map(|crop| crop.with_border(if args.denoise { render::REACH } else { 0 })),
@@ -230,110 +186,22 @@ fn picture(
     };
     let meter = sink.meters()(1000, "");
     let tick = |done: f32| meter.at((done * 1000.0) as u64);
-    let work = || render::render(world, &options, &tick);
+    let work = || render::render(&loaded.world, &options, &tick);
     let result = on_threads(args.threads, work)?;
-    result.map_err(|stop| stopped(&stop, sources))
+    result.map_err(|stop| stopped(&stop, &loaded.sources))
 }
 
 /// Prints the messages of shaders.
-fn said(rendered: &Picture, sources: &SourceMap, args: &RenderArgs, sink: &mut dyn Sink) -> Tally {
+fn said(rendered: &Picture, loaded: &LoadedScene, sink: &mut dyn Sink) -> Tally {
     let report = Report {
-        sources,
+        sources: &loaded.sources,
         points: (0, "hits"),
         width: Some(rendered.width),
-        textures: &textures(args, &Limits::default()),
+        textures: &loaded.textures,
         path_option: "--search-path",
         texts: &[],
     };
     let tally = report.send(&rendered.messages, sink);
     picture::note_unknown(&rendered.unknown, sink);
     tally
-}
-
-/// Finds included scenes: in the folder of the including scene, or in a search path.
-struct Includes<'a> {
-    folders: &'a [PathBuf],
-    roots: Roots,
-    limits: &'a Limits,
-}
-
-impl<'a> Includes<'a> {
-    fn new(args: &'a RenderArgs, limits: &'a Limits) -> Includes<'a> {
-        let main = args.file.parent().unwrap_or(Path::new(""));
-        let folders = args.search_path.iter().map(PathBuf::as_path);
-        let roots = Roots::new([main, Path::new("")].into_iter().chain(folders));
-        let roots = roots.or_anywhere(args.allow_files);
-        Includes { folders: &args.search_path, roots, limits }
-    }
-}
-
-impl SceneFiles for Includes<'_> {
-    fn include(&self, name: &str, from: &str) -> Result<(String, String), String> {
-        let beside = Path::new(from).parent().map(Path::to_path_buf).unwrap_or_default();
-        let folders = std::iter::once(beside).chain(self.folders.iter().cloned());
-        let found =
-            self.roots.first(folders.map(|folder| folder.join(name))).map_err(|error| match error {
-                FileError::Outside => {
-                    "it lies outside of the search paths; --allow-files lets it".to_string()
-                }
-                error => error.to_string(),
-            })?;
-        let name = found.path().display().to_string();
-        Ok((name, found.text(self.limits.reading.file_bytes).map_err(|error| error.to_string())?))
-    }
-}
-
-/// The shaders of a scene: each file is read once, and has a part of the source map for each layer.
-struct Library<'a> {
-    reading: &'a Reading,
-    files: Folders<'a>,
-    options: osl_syntax::Options,
-    sources: SourceMap,
-    known: HashMap<String, Result<LayerSource, String>>,
-    diagnostics: Vec<Diagnostic>,
-}
-
-struct LayerSource {
-    program: Arc<hir::Program>,
-    sources: SourceMap,
-}
-
-impl<'a> Library<'a> {
-    fn new(args: &'a RenderArgs, reading: &'a Reading) -> Library<'a> {
-        let folder = args.file.parent().map(Path::to_path_buf).unwrap_or_default();
-        Library {
-            reading,
-            files: Folders::of(&folder, &args.search_path, args.allow_files, args.repair, reading),
-            options: input::options(reading),
-            sources: SourceMap::default(),
-            known: HashMap::new(),
-            diagnostics: Vec::new(),
-        }
-    }
-
-    fn read(&mut self, name: &str) -> Result<LayerSource, String> {
-        let (file, text) = self.files.find(name)?;
-        let checked = stages::check(&file, &text, self.files.includes(), &self.options);
-        let base = self.sources.append(&checked.sources).ok_or("the sources have more than 4 GiB")?;
-        self.diagnostics.extend(checked.diagnostics.into_iter().map(|d| stages::moved(d, base)));
-        let program = checked.program.ok_or_else(|| format!("{file} has errors"))?;
-        Ok(LayerSource { program: Arc::new(program), sources: checked.sources })
-    }
-}
-
-impl Shaders for Library<'_> {
-    fn load(&mut self, name: &str) -> Result<(Arc<hir::Program>, u32), String> {
-        if !self.known.contains_key(name) {
-            let known = self.read(name);
-            self.known.insert(name.to_string(), known);
-        }
-        match self.known.get(name) {
-            Some(Ok(known)) => {
-                let base = self.sources.append(&known.sources).ok_or("the sources have more than 4 GiB")?;
-                Ok((known.program.clone(), base))
-            }
-            Some(Err(why)) => Err(why.clone()),
-            None => Err(String::new()),
-        }
-    }
 }
