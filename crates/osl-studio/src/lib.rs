@@ -20,6 +20,6 @@ mod session;
 mod subject;
 
 pub use guard::Token;
-pub use protocol::{Edit, Layer, Line, Output, Picture, Saved, Shader, State, Thumbnail, version};
+pub use protocol::{Edit, Layer, Line, Output, Picture, Saved, Shader, State, Thumbnail, Unsaved, version};
 pub use server::{Options, Server, StartError};
 pub use subject::{Files, First, Outdate, Stop, Subject};

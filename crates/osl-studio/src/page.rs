@@ -24,6 +24,7 @@ pub(crate) fn file(name: &str) -> Option<File> {
         "source.js" => (JS, include_str!("page/source.js")),
         "picture.js" => (JS, include_str!("page/picture.js")),
         "parameters.js" => (JS, include_str!("page/parameters.js")),
+        "marks.js" => (JS, include_str!("page/marks.js")),
         "editor.js" => (JS, include_str!("page/editor.js")),
         "explanation.js" => (JS, include_str!("page/explanation.js")),
         "taps.js" => (JS, include_str!("page/taps.js")),

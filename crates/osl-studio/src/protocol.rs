@@ -54,6 +54,8 @@ pub(crate) enum Request {
     Pin { id: u64, pinned: bool },
     /// Write the present state as the text of a group.
     Group { id: u64 },
+    /// Show a file with this text in place of the one on the disk, or with that one again.
+    Unsaved(Unsaved),
     /// Save a text as the file of the present state.
     Save {
         id: u64,
@@ -71,8 +73,10 @@ pub struct Shader {
     pub files: Vec<String>,
     /// The path of the file as messages name it.
     pub path: String,
-    /// The text of the file.
+    /// The text of the file on the disk.
     pub text: String,
+    /// Whether all that follows is about another text, which a page has not saved.
+    pub unsaved: bool,
     /// Why a page cannot save the file; none if it can.
     pub locked: Option<String>,
     /// The words of the command line that makes the same picture, without what the state says.
@@ -170,6 +174,15 @@ pub struct Edit {
     pub version: String,
     /// The text.
     pub text: String,
+}
+
+/// A text that a page has not saved.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Unsaved {
+    /// The file, as [`Shader::file`] names it.
+    pub file: String,
+    /// The text; none if the file has its own again.
+    pub text: Option<String>,
 }
 
 /// Whether a text was saved, with the [`version`] that the file now has.

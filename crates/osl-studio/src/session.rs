@@ -169,7 +169,7 @@ impl Inbox {
 
     /// Cancels the work for a state that is outdated.
     fn cancel_outdated(&mut self) {
-        self.present = self.outdate.as_ref().map(|outdate| outdate()).unwrap_or_default();
+        self.present = self.outdate.as_ref().map(|outdate| outdate(None)).unwrap_or_default();
     }
 
     /// Cancels the work that is being done.
@@ -206,6 +206,10 @@ impl Inbox {
             }
             Request::Pin { id, pinned } => self.pin = Some((id, pinned)),
             Request::Group { id } => self.group = Some(id),
+            Request::Unsaved(text) => {
+                self.present = self.outdate.as_ref().map(|outdate| outdate(Some(&text))).unwrap_or_default();
+                self.changed = true;
+            }
             Request::Save { id, edit } => {
                 // The picture of the old text is not waited for; afterwards the file is shown again.
                 self.cancel_outdated();

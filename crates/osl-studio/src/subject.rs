@@ -1,6 +1,6 @@
 //! What is shown: the questions that the server asks about a shader.
 
-use crate::protocol::{Edit, Line, Picture, Saved, Shader, State};
+use crate::protocol::{Edit, Line, Picture, Saved, Shader, State, Unsaved};
 use osl_files::Stamp;
 use osl_limits::Cancel;
 use serde_json::Value;
@@ -11,8 +11,9 @@ use std::path::PathBuf;
 /// answer is outdated when one of them changes.
 pub type Files = BTreeMap<PathBuf, Option<Stamp>>;
 
-/// Cancels the work on the state before, and returns what cancels the work on the new one.
-pub type Outdate = Box<dyn Fn() -> Cancel + Send>;
+/// Cancels the work on the state before, and returns what cancels the work on the new one, for which a file has
+/// the text that is given. A file that a page may not save keeps its own.
+pub type Outdate = Box<dyn Fn(Option<&Unsaved>) -> Cancel + Send>;
 
 /// Something that can be shown on the page.
 ///

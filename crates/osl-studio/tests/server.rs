@@ -46,7 +46,7 @@ impl Fake {
 impl Subject for Fake {
     fn outdate(&self) -> Outdate {
         let present = Mutex::new(Cancel::new());
-        Box::new(move || {
+        Box::new(move |_| {
             let mut present = present.lock().unwrap();
             present.cancel();
             *present = Cancel::new();

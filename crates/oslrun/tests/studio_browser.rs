@@ -44,6 +44,54 @@ fn picture_of(words: &[String]) -> Vec<u8> {
     read_image(Path::new(&file)).unwrap().samples.iter().map(|x| (x * 255.0).round() as u8).collect()
 }
 
+/// What is typed is compiled and pictured without being saved: an error is marked at its column, its fix is a
+/// button, and undo goes back.
+#[test]
+fn a_text_is_shown_while_it_is_typed() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let text = "shader s(output color c = 0) {\n    c = color(u, v, 0);\n}\n";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "32x32"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let first = pixels(&browser);
+    browser.run("document.getElementById('edit').click();");
+    let insert = |at: &str, word: &str| {
+        browser.run(&format!(
+            "const text = document.getElementById('editor');
+             text.focus();
+             const at = text.value.indexOf('{at}');
+             text.setSelectionRange(at, at);
+             document.execCommand('insertText', false, '{word}');"
+        ));
+    };
+    insert("u, v", "smothstep(0, 1, v) * ");
+    browser.wait("document.querySelectorAll('.mark.error').length === 1");
+    let mark = browser.run(
+        "const place = document.querySelector('.mark').style;
+         return [place.getPropertyValue('--line'), place.getPropertyValue('--from'), place.getPropertyValue('--columns')]",
+    );
+    assert_eq!(mark, serde_json::json!(["1", "14", "9"]), "line 2, columns 15 to 23");
+    assert_eq!(pixels(&browser), first, "the last picture stays");
+    browser.run("document.querySelector('#messages .fix').click();");
+    browser.wait("document.querySelectorAll('.mark').length === 0");
+    browser.wait(IDLE);
+    let second = pixels(&browser);
+    assert_ne!(second, first);
+    assert_eq!(std::fs::read_to_string(folder.path().join("s.osl")).unwrap(), text, "nothing is saved");
+    browser.run("document.execCommand('undo'); document.execCommand('undo');");
+    browser.wait("!document.getElementById('editor').value.includes('smo')");
+    browser.wait(IDLE);
+    assert_eq!(pixels(&browser), first);
+    // A text that is not saved goes with the editor.
+    insert("u, v", "1 - ");
+    browser.wait("document.getElementById('discard').textContent === 'Discard'");
+    browser.run("document.getElementById('discard').click();");
+    browser.wait(IDLE);
+    assert_eq!(pixels(&browser), first);
+}
+
 /// A file with errors shows nothing of the file before it, and no control changes what it does not have.
 #[test]
 fn another_file_with_errors_has_no_picture_and_no_controls() {

@@ -1,7 +1,10 @@
-// A plain text area in place of the source: changes the file of the page and saves it.
+// A text area in place of the source: changes the file of the page and saves it. While it is typed, the text is compiled
+// and pictured in place of the file, and its errors are marked.
 //
 // A text is saved as a change of the version that was read. If the file has another version by then, the server
 // refuses, and the reader decides.
+
+import { fixed } from "./marks.js";
 
 /** The end of the lines of a text; nothing if a text area would not keep them. */
 function lineEnd(text) {
@@ -29,12 +32,18 @@ function tooLarge(shader) {
   return `the text is too large: a message from the page has at most ${shader.max_message / 1024} KiB`;
 }
 
+/** How long the keys rest before the text is shown, in milliseconds. */
+const REST = 40;
+/** What Tab inserts. */
+const INDENT = "    ";
+
 export class Editor {
   /** The parts are the text area, the buttons `edit`, `save`, `overwrite` and `discard`, and a `word`. `send(edit)`
-   * asks the server to save, and is false if there is no connection; `toggled(isOpen)` is called when the text area
-   * appears and when it goes; `top()` is the first line that is seen. */
-  constructor({ text, edit, save, overwrite, discard, word, send, toggled, top }) {
-    Object.assign(this, { area: text, buttons: { edit, save, overwrite, discard }, word, send, toggled, top });
+   * asks the server to save, and is false if there is no connection; `live(file, text)` shows a text that is not saved,
+   * or without one that of the file; `toggled(isOpen)` is called when the text area appears and when it goes; `top()` is
+   * the first line that is seen; `marks` are under the text area. */
+  constructor({ text, edit, save, overwrite, discard, word, send, live, toggled, top, marks }) {
+    Object.assign(this, { area: text, buttons: { edit, save, overwrite, discard }, word, send, live, toggled, top, marks });
     this.isOpen = false;
     this.saving = null;
     this.theirs = null;
@@ -42,8 +51,8 @@ export class Editor {
     save.onclick = () => this.save(this.version);
     overwrite.onclick = () => this.save(this.theirs);
     discard.onclick = () => this.close();
-    text.addEventListener("input", () => this.say(""));
-    text.addEventListener("keydown", (event) => event.key === "Escape" && this.escape(event));
+    text.addEventListener("input", () => this.typed());
+    text.addEventListener("keydown", (event) => this.typing(event));
     document.addEventListener("keydown", (event) => this.key(event));
     addEventListener("beforeunload", (event) => this.isChanged && event.preventDefault());
   }
@@ -56,6 +65,9 @@ export class Editor {
   /** Takes a shader that the server sent: for the next edit, and in place of a text that was not changed. */
   show(shader) {
     this.shader = shader;
+    if (this.isOpen && shader.file === this.file) {
+      this.marks.show(shader.diagnostics.filter((message) => message.file === shader.path));
+    }
     const reason = reasonAgainst(shader);
     this.buttons.edit.disabled = reason !== null;
     this.buttons.edit.title = reason === null ? "Change the file: E" : `Not to be edited here: ${reason}`;
@@ -86,6 +98,58 @@ export class Editor {
     this.before = area.value;
     area.setSelectionRange(selectionStart, selectionEnd);
     area.scrollTop = scrollTop;
+    this.marks.show(shader.diagnostics.filter((message) => message.file === shader.path));
+  }
+
+  /** The text has changed. */
+  typed() {
+    this.say("");
+    this.marks.show();
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.again(), REST);
+  }
+
+  /** Shows the text that is not saved, if it can be sent. */
+  again() {
+    clearTimeout(this.timer);
+    if (!this.isOpen) {
+      return;
+    }
+    const text = this.area.value.replaceAll("\n", this.end);
+    if (sizeOf(text) > this.shader.max_message) {
+      this.say(`The picture is that of the file: ${tooLarge(this.shader)}.`);
+    } else {
+      this.isLive = this.isChanged;
+      this.live(this.file, this.isChanged ? text : null);
+    }
+  }
+
+  /** The file has its own text again. */
+  settle() {
+    clearTimeout(this.timer);
+    if (this.isLive) {
+      this.isLive = false;
+      this.live(this.file, null);
+    }
+  }
+
+  /** Changes the text as a fix says. The change can be undone like one that is typed. */
+  fix(fix) {
+    this.open();
+    if (!this.isOpen) {
+      return;
+    }
+    const { area } = this;
+    const text = fixed(area.value, fix.edits);
+    const from = [...text].findIndex((letter, at) => letter !== area.value[at]);
+    area.focus();
+    area.select();
+    // The browser keeps what it undoes of a text that is inserted like this.
+    if (!document.execCommand("insertText", false, text)) {
+      area.value = text;
+      this.typed();
+    }
+    area.setSelectionRange(Math.max(0, from), Math.max(0, from));
   }
 
   open() {
@@ -104,6 +168,7 @@ export class Editor {
   /** Shows the source again. What is not saved is lost. */
   close() {
     const hadFocus = document.activeElement === this.area;
+    this.settle();
     this.isOpen = false;
     this.area.hidden = true;
     this.area.value = "";
@@ -140,6 +205,7 @@ export class Editor {
     if (saved) {
       this.version = version;
       this.before = text;
+      this.again();
       this.say("saved");
     } else {
       this.say(messages.map((message) => message.message).join("\n") || "not saved", version);
@@ -187,6 +253,23 @@ export class Editor {
       this.warned = true;
     } else {
       this.close();
+    }
+  }
+
+  /** Tab and Enter indent; Escape goes back. */
+  typing(event) {
+    const { area } = this;
+    const hasCommand = event.ctrlKey || event.metaKey || event.altKey;
+    if (event.key === "Escape") {
+      this.escape(event);
+    } else if (event.key === "Tab" && !event.shiftKey && !hasCommand) {
+      event.preventDefault();
+      document.execCommand("insertText", false, INDENT);
+    } else if (event.key === "Enter" && !event.shiftKey && !hasCommand) {
+      event.preventDefault();
+      const before = area.value.slice(0, area.selectionStart);
+      const [, indent] = before.slice(before.lastIndexOf("\n") + 1).match(/^(\s*)/);
+      document.execCommand("insertText", false, `\n${indent}${before.trimEnd().endsWith("{") ? INDENT : ""}`);
     }
   }
 

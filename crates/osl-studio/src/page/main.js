@@ -13,6 +13,7 @@ import { Wipe } from "./wipe.js";
 import { Zoom } from "./zoom.js";
 import { History } from "./history.js";
 import { Editor } from "./editor.js";
+import { Marks } from "./marks.js";
 import { element, fillMenu } from "./element.js";
 
 const at = (id) => document.getElementById(id);
@@ -31,7 +32,7 @@ let shader = null;
 /** What the place of an explanation says without one. */
 const hint = at("explanation").firstElementChild;
 
-const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line), revealLine);
+const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line), revealLine, (fix) => editor.fix(fix));
 const editor = new Editor({
   text: at("editor"),
   edit: at("edit"),
@@ -40,7 +41,10 @@ const editor = new Editor({
   discard: at("discard"),
   word: at("edit-word"),
   send: (edit) => connection.save(edit),
+  live: (file, text) => connection.unsaved(file, text),
+  marks: new Marks(at("editor"), at("editor-under"), at("editor-numbers")),
   toggled: (isOpen) => {
+    at("editor-box").hidden = !isOpen;
     at("source").hidden = isOpen;
     at("file").disabled = isOpen;
   },
@@ -154,6 +158,9 @@ function show() {
 
 function opened() {
   at("gone").hidden = true;
+  if (editor.isChanged) {
+    editor.again();
+  }
   show();
 }
 
@@ -244,7 +251,10 @@ function showShader(found) {
   // What the page shows and what the server was told may differ now: an output or a parameter is gone, or the
   // page was opened without a state.
   if (output !== state.output || JSON.stringify(params) !== JSON.stringify(state.params ?? null)) {
-    changeState({ output, params });
+    const isChosen = state.output !== undefined;
+    changeState({ output, params, ...(!isChosen && isLit(output) ? withLight(true) : {}) });
+    showOptions();
+    at("on").value = state.on ?? shader.on ?? "patch";
   }
   showOutputs();
 }
@@ -303,9 +313,22 @@ function showFile(text) {
   }
 }
 
-/** The first color, or the first output. */
+/** The light that a surface reflects, else the first color, or the first output. */
 function usualOutput(outputs) {
-  return (outputs.find((output) => output.type === "color") ?? outputs[0])?.name;
+  const usual = outputs.find((output) => output.name === "Ci") ?? outputs.find((output) => output.type === "color");
+  return (usual ?? outputs[0])?.name;
+}
+
+/** Whether an output is shown with light. */
+function isLit(name) {
+  return Boolean(shader?.outputs.some((output) => output.name === name && output.type === "closure color"));
+}
+
+/** The parts of a state for a picture with light, or without. */
+function withLight(lit) {
+  // The patch has no preview; the surface of a preview is a sphere, unless another one is chosen.
+  const isPatch = (state.on ?? shader?.on ?? "patch") === "patch";
+  return { lit, ...(lit ? { on: isPatch ? "sphere" : state.on, max_error: undefined, layer: undefined } : {}) };
 }
 
 function showPicture(message, samples) {
@@ -339,7 +362,9 @@ function showMessages(messages) {
 
 at("file").onchange = () => changeState({ file: at("file").value, output: undefined, params: [] });
 at("output").onchange = () => {
-  changeState({ output: at("output").value });
+  const output = at("output").value;
+  changeState({ output, ...(isLit(output) ? withLight(true) : {}) });
+  at("on").value = state.on ?? shader.on ?? "patch";
   showOutputs();
   showOptions();
 };
@@ -358,12 +383,8 @@ at("on").onchange = () => {
   showOptions();
 };
 at("lit").onchange = () => {
-  // The patch has no preview; the surface of a preview is a sphere, unless another one is chosen.
-  const isPatch = at("on").value === "patch";
-  if (at("lit").checked && isPatch) {
-    at("on").value = "sphere";
-  }
-  changeState({ lit: at("lit").checked, on: at("on").value, max_error: undefined, layer: undefined });
+  changeState({ max_error: undefined, layer: undefined, ...withLight(at("lit").checked) });
+  at("on").value = state.on ?? shader?.on ?? "patch";
   showOptions();
 };
 at("range").onchange = () => changeState({ range: at("range").value || undefined });

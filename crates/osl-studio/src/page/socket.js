@@ -101,6 +101,13 @@ export class Connection {
     }
   }
 
+  /** Lets a file have a text that is not saved; without one, it has its own again. */
+  unsaved(file, text) {
+    if (this.isOpen) {
+      this.socket.send(JSON.stringify({ type: "unsaved", file, text }));
+    }
+  }
+
   /** Asks the server to save a text; false if there is no connection. */
   save(edit) {
     if (this.isOpen) {

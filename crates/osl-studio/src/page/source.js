@@ -11,7 +11,7 @@ const REST = 150;
 const TOKEN = /(\/\/.*$|"(?:[^"\\]|\\.)*"?|[A-Za-z_]\w*|[^A-Za-z_"/]+|\/)/g;
 
 /** The parts of a line, with comments, strings and words marked. `inside` says whether it begins in a comment. */
-function marked(text, inside) {
+export function marked(text, inside) {
   const parts = [];
   let rest = text;
   while (rest) {
@@ -54,12 +54,13 @@ export function severityClass(message) {
 /** The pane with the source. */
 export class SourcePane {
   /** `pointed(line)` is called when another line is chosen that does something; `revealed(line)` when the line of
-   * a message is to be seen, and is false if it is to be seen here. */
-  constructor(pane, list, pointed, revealed) {
+   * a message is to be seen, and is false if it is to be seen here; `fix(fix)` when the fix of a message is wanted. */
+  constructor(pane, list, pointed, revealed, fix) {
     this.pane = pane;
     this.list = list;
     this.pointed = pointed;
     this.revealed = revealed;
+    this.fix = fix;
     this.lines = [];
     this.held = null;
     pane.addEventListener("pointerover", (event) => this.pointAt(event));
@@ -164,9 +165,9 @@ export class SourcePane {
     this.pane.querySelector("button.number")?.setAttribute("tabindex", "0");
     this.markHeld();
     this.lines[focused - 1]?.querySelector("button.number")?.focus({ preventScroll: true });
-    this.listMessages(shader.diagnostics);
-    this.annotate(shader.diagnostics, "checked");
-    const first = shader.diagnostics.find((message) => message.severity === "error" && this.lineOf(message));
+    this.listMessages(shader.diagnostics, shader.unsaved);
+    this.annotate(shader.unsaved ? [] : shader.diagnostics, "checked");
+    const first = !shader.unsaved && shader.diagnostics.find((message) => message.severity === "error" && this.lineOf(message));
     if (first) {
       this.lineOf(first).scrollIntoView({ block: "nearest" });
     }
@@ -189,8 +190,19 @@ export class SourcePane {
     }
     for (const message of messages) {
       const attributes = { class: `note ${severityClass(message)}`, "data-kind": kind };
-      this.lineOf(message)?.append(element("div", attributes, messageText(message), ...this.lesson(message)));
+      const parts = [messageText(message), ...this.fixes(message), ...this.lesson(message)];
+      this.lineOf(message)?.append(element("div", attributes, ...parts));
     }
+  }
+
+  /** A button for each fix that changes the file that is shown. */
+  fixes(message) {
+    const own = (message.fixes ?? []).filter((fix) => fix.edits.length > 0 && fix.edits.every((edit) => edit.file === this.path));
+    return own.map((fix) => {
+      const button = element("button", { type: "button", class: "fix", title: "Change the text; Save keeps it" }, `Fix: ${fix.title}`);
+      button.onclick = () => this.fix(fix);
+      return button;
+    });
   }
 
   /** The lesson of a message, which opens when it is asked for. */
@@ -199,9 +211,10 @@ export class SourcePane {
     return text ? [element("details", { class: "lesson" }, element("summary", {}, `Lesson ${message.code}`), element("pre", {}, text))] : [];
   }
 
-  /** Lists the errors above the source, each as a link to its line; and how many warnings there are. */
-  listMessages(messages) {
-    const errors = messages.filter((message) => message.severity === "error");
+  /** Lists the errors above the source, each as a link to its line, and how many warnings there are; with `all`, each
+   * of these too. */
+  listMessages(messages, all = false) {
+    const errors = messages.filter((message) => all || message.severity === "error");
     const others = messages.length - errors.length;
     const items = errors.map((message) => {
       const place = message.file ? `${message.file}:${message.line}: ` : "";
@@ -212,7 +225,7 @@ export class SourcePane {
           line.scrollIntoView({ block: "center" });
         }
       };
-      return element("li", { class: "error" }, link);
+      return element("li", { class: severityClass(message) }, link, ...this.fixes(message), ...(all ? this.lesson(message) : []));
     });
     if (others) {
       items.push(element("li", { class: "warning" }, `${others} ${others === 1 ? "warning" : "warnings"}, at the lines`));

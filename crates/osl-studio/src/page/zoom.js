@@ -68,8 +68,12 @@ export class Zoom {
   /** The zoom at which the whole picture is seen. */
   get whole() {
     const { room, size: [width, height] } = this;
+    if (!width) {
+      return 1;
+    }
     const fits = Math.floor(room / Math.max(width, height));
-    return fits > 1 ? Math.min(LARGEST, fits) : Math.min(1, room / width);
+    // Whole pixels of the screen for each pixel, if there is room for two; else the width of the pane.
+    return fits > 1 ? Math.min(LARGEST, fits) : room / width;
   }
 
   /** Width and height of the frame for a zoom. */
@@ -156,10 +160,12 @@ export class Zoom {
     frame.classList.toggle("zoomed", this.view !== null);
     grid.hidden = !(this.view?.zoom >= GRID);
     buttons.fit.textContent = this.view ? `${Number(this.view.zoom.toFixed(2))}×` : "fit";
+    // Pixels of different sizes look like a pattern of the shader.
+    canvas.style.imageRendering = !this.view && this.whole > 1 && this.whole < 2 ? "auto" : "";
     if (!this.view || !width) {
       Object.assign(frame.style, { width: "", height: "" });
       Object.assign(pinned.style, { width: "", height: "", transform: "" });
-      Object.assign(canvas.style, { width: `${width * Math.max(1, this.whole)}px`, height: "", transform: "", aspectRatio: `${width} / ${height}` });
+      Object.assign(canvas.style, { width: `${width * this.whole}px`, height: "", transform: "", aspectRatio: `${width} / ${height}` });
       this.placed();
       return;
     }

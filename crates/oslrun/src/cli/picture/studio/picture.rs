@@ -11,7 +11,7 @@ use crate::cli::measure::Clock;
 use osl_exec::Plane;
 use osl_image::{BitDepth, ImageFormat, PngOptions, png_samples};
 use osl_ir::ir::{Body, Kind};
-use osl_ir::types::{StructTable, Type};
+use osl_ir::types::{Base, StructTable, Type};
 use osl_job::file::output;
 use osl_job::picture::{self, Extras};
 use osl_job::request::bounds::bounds;
@@ -228,13 +228,21 @@ fn chosen(mut image: Image, state: &State) -> Result<Image, Stop> {
     Ok(image)
 }
 
-/// Outputs that a picture can show. Closures are shown only if there is nothing else, as the weights that a
-/// picture of the command has.
+/// Outputs that a picture can show: numbers and triples, then closures, which are shown with light.
 pub(super) fn outputs(body: &Body) -> Vec<Output> {
-    let shown = body.outputs.iter().filter(|output| output.ty.is_number() || output.ty.is_triple());
+    let (mut shown, mut lit) = (Vec::new(), Vec::new());
     // None of these types is a struct.
     let types = StructTable::default();
-    shown.map(|output| Output { name: output.name.to_string(), ty: types.show(output.ty) }).collect()
+    for output in &body.outputs {
+        let list = match output.ty {
+            ty if ty.is_number() || ty.is_triple() => &mut shown,
+            ty if ty.base == Base::Closure && !ty.is_array() => &mut lit,
+            _ => continue,
+        };
+        list.push(Output { name: output.name.to_string(), ty: types.show(output.ty) });
+    }
+    shown.extend(lit);
+    shown
 }
 
 /// The only output that is computed; none for a tap.

@@ -21,6 +21,12 @@ pub(super) fn locked(roots: &Roots, path: &Path) -> Option<String> {
     roots.may_replace(path).err().map(|why| why.to_string())
 }
 
+/// Whether a page may show a path with a text that is not saved: it is a source below the folder, and it is
+/// there.
+pub(super) fn is_source(roots: &Roots, path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == SOURCE) && roots.open(path).is_ok()
+}
+
 /// Held while a file is compared and replaced: of several pages that save one version, one does.
 static SAVING: Mutex<()> = Mutex::new(());
 

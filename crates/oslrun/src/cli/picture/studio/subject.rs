@@ -16,7 +16,7 @@ use crate::cli::source::info;
 use osl::stages;
 use osl_files::{FileError, Roots, open_named, stamp};
 use osl_hir::lint::Level;
-use osl_job::host::Disk;
+use osl_job::host::{Disk, Watching, Within};
 use osl_job::request::Trust;
 use osl_job::source::load::{self, Request};
 use osl_job::source::reads::Reads;
@@ -24,10 +24,13 @@ use osl_job::source::{input, levels, repair};
 use osl_job::{Failure, Image, NoSink, Session, Sink};
 use osl_limits::{Cancel, Limits};
 use osl_scene::shape::Shape;
-use osl_studio::{Edit, Files, First, Layer, Line, Outdate, Picture, Saved, Shader, State, Stop, Subject};
+use osl_studio::{
+    Edit, Files, First, Layer, Line, Outdate, Picture, Saved, Shader, State, Stop, Subject, Unsaved,
+};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// Endings of the files that a page can show.
 const ENDINGS: [&str; 4] = [SOURCE, "oso", "group", "oslgroup"];
@@ -160,8 +163,21 @@ fn lessons(diagnostics: &[Value]) -> BTreeMap<String, String> {
 
 impl Subject for Studio {
     fn outdate(&self) -> Outdate {
-        let session = self.session.clone();
-        Box::new(move || session.outdate().cancel().clone())
+        let (session, roots, folder) = (self.session.clone(), self.roots(), self.folder().to_path_buf());
+        let host = Mutex::new(Watching::default());
+        Box::new(move |unsaved| {
+            let path = |name: &str| Some(folder.join(name)).filter(|path| save::is_source(&roots, path));
+            let Some((Unsaved { text, .. }, path)) = unsaved.and_then(|new| Some((new, path(&new.file)?)))
+            else {
+                return session.outdate().cancel().clone();
+            };
+            let mut host = host.lock().unwrap_or_else(PoisonError::into_inner);
+            match text {
+                Some(text) => host.edit(path, text),
+                None => host.close(path),
+            }
+            session.change(host.clone()).cancel().clone()
+        })
     }
 
     fn shader(&mut self, state: &State, files: &mut Files) -> Result<Shader, Stop> {
@@ -180,7 +196,11 @@ impl Subject for Studio {
             Err(why @ (FileError::NotUtf8(_) | FileError::Zero(_))) => (String::new(), Err(why)),
             Err(why) => return Err(Stop::error(unreadable(&why))),
         };
+        let most = limits.reading.file_bytes;
+        let unsaved = image.shader.read.snapshot.host().read(&path, Within::Anywhere, most);
+        let unsaved = unsaved.and_then(osl_files::text).ok().filter(|unsaved| *unsaved != text);
         let mut shader = Shader {
+            unsaved: unsaved.is_some(),
             file: path.strip_prefix(self.folder()).unwrap_or(&path).display().to_string(),
             files: self.files(),
             images: self.images(),
@@ -207,7 +227,7 @@ impl Subject for Studio {
         let mut found = Vec::new();
         let work = |sink: &mut Told| {
             if !is_group {
-                let checked = check(&path, &shader.text, &image)?;
+                let checked = check(&path, unsaved.as_deref().unwrap_or(&shader.text), &image)?;
                 reads.sources(&checked.sources);
                 let list = levels::judge(&checked, Level::Check, &image.shader.lints, &limits);
                 load::diagnostics(&list, &checked.sources, None, sink)?;
