@@ -44,4 +44,4 @@ pub use profile::ProfileEntry;
 pub use program::Program;
 pub use run::{Look, Run, STEPS, run};
 pub use services::{FindSpace, Services, Spaces, Unknown};
-pub use source::{Answer, Datum, PointSource, left_handed};
+pub use source::{Answer, Datum, DatumColumn, PointSource, Ray, left_handed};

@@ -59,6 +59,33 @@ impl Datum {
     }
 }
 
+/// The values of a datum at the points of a batch, with the type that the shader requests.
+#[derive(Debug)]
+pub struct DatumColumn<'a> {
+    /// The kind of a value.
+    pub kind: Kind,
+    /// Number of elements of an array; 0 for a single value.
+    pub count: usize,
+    /// Number of points.
+    pub width: usize,
+    /// One array of `width` words for each component of each element: ints, and the bits of floats.
+    pub words: &'a mut [u32],
+    /// The changes of a single float to the next pixel along x and along y: one array for each axis. They are
+    /// 0 unless a source sets them.
+    pub derivs: &'a mut [f32],
+}
+
+/// A ray that a shader traces. Space: common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// The point that traces it.
+    pub point: usize,
+    /// Where it starts.
+    pub origin: [f32; 3],
+    /// Where it goes.
+    pub direction: [f32; 3],
+}
+
 /// The answer of a source of messages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answer {
@@ -131,16 +158,54 @@ pub trait PointSource: Sync {
         false
     }
 
+    /// Whether each of the rays hits something; `hits` has an element for each.
+    fn trace_all(&self, rays: &[Ray], hits: &mut [bool]) {
+        for (hit, ray) in hits.iter_mut().zip(rays) {
+            *hit = self.trace(ray.origin, ray.direction, ray.point);
+        }
+    }
+
     /// The value with a name in a source of messages, such as the last ray, with this type.
     fn message(&self, source: &str, name: &str, ty: Type, point: usize) -> Answer {
         let _ = (source, name, ty, point);
         Answer::default()
     }
 
+    /// Writes the value with a name in a source of messages for some points, as for
+    /// [`PointSource::fill_attribute`]. Returns `false` if the points have to be asked one by one.
+    fn fill_messages(
+        &self,
+        (source, name): (&str, &str),
+        points: &[usize],
+        column: &mut DatumColumn<'_>,
+    ) -> bool {
+        let _ = (source, name, points, column);
+        false
+    }
+
     /// A named datum of a point or of an object, or one element of it; `None` if there is none.
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
         let _ = (object, name, element, point);
         None
+    }
+
+    /// The scalar global whose values and derivatives a datum has at all points.
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        let _ = (object, name, element);
+        None
+    }
+
+    /// Writes a datum of the points from `first` on, equal to that of [`PointSource::attribute`]; after the
+    /// last point, its value repeats. Returns `false` if the points have to be asked one by one: the datum is
+    /// missing at some, has another type, or the source has no column of it.
+    fn fill_attribute(
+        &self,
+        (object, name, element): (&str, &str, Option<usize>),
+        first: usize,
+        column: &mut DatumColumn<'_>,
+    ) -> bool {
+        let _ = (object, name, element, first, column);
+        false
     }
 
     /// Whether [`PointSource::attribute`] gives all points the same answer to a query, so that one point can

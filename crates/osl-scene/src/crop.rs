@@ -82,6 +82,10 @@ impl PointSource for Crop {
         self.grid.attribute_in(self.part, (object, name, element), point)
     }
 
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        self.grid.attribute_global(object, name, element)
+    }
+
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
         self.grid.attribute_is_shared(object, name, element)
     }

@@ -93,6 +93,11 @@ impl<S: PointSource> PointSource for WithData<S> {
         own.or_else(|| self.points.attribute(object, name, element, point))
     }
 
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        let is_given = self.data.find(object, name, element).is_some();
+        if is_given { None } else { self.points.attribute_global(object, name, element) }
+    }
+
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
         self.data.find(object, name, element).is_some()
             || self.points.attribute_is_shared(object, name, element)

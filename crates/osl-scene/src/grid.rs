@@ -165,6 +165,10 @@ impl PointSource for Grid {
         self.attribute_in(self.whole(), (object, name, element), point)
     }
 
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        Grid::texture_axis(object, name, element).map(|axis| [Global::U, Global::V][axis])
+    }
+
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
         Grid::texture_axis(object, name, element).is_none()
     }

@@ -154,6 +154,11 @@ impl PointSource for ReferenceRenderer {
         }
     }
 
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        let is_given = self.data.iter().any(|(given, _)| given == name);
+        if is_given { None } else { self.grid.attribute_global(object, name, element) }
+    }
+
     fn attribute_is_shared(&self, _: &str, name: &str, _: Option<usize>) -> bool {
         !matches!(name, "shading:index" | "s" | "t" | "red" | "green" | "blue")
     }

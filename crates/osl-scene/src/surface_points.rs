@@ -220,16 +220,22 @@ impl PointSource for SurfacePoints {
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
-        let global = match name {
-            "s" => Global::U,
-            "t" => Global::V,
-            _ => return None,
-        };
-        if !self.testrender || !matches!(object, "" | "global") || element.is_some() {
-            return None;
-        }
+        let global = self.attribute_global(object, name, element)?;
         let derivs = Axis::BOTH.map(|axis| self.change(global, axis, point)[0]);
         Some(Datum { derivs, ..Datum::one(Const::Float(self.value(global, point)[0])) })
+    }
+
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        let is_of_surface = self.testrender && matches!(object, "" | "global") && element.is_none();
+        match name {
+            "s" if is_of_surface => Some(Global::U),
+            "t" if is_of_surface => Some(Global::V),
+            _ => None,
+        }
+    }
+
+    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        self.attribute_global(object, name, element).is_none()
     }
 }
 

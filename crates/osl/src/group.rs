@@ -164,7 +164,7 @@ impl Group {
         if let Some(error) = failed {
             return Err(error);
         }
-        let CompileOptions { outputs, arithmetic, live, taps } = options;
+        let CompileOptions { outputs, arithmetic, live, taps, traces } = options;
         let live = live.iter().map(|name| make_live(&mut group, name)).collect::<Result<Vec<Live>, String>>();
         let live = live.map_err(Error::new)?;
         let last = group.layers().last().ok_or_else(|| Error::new("the group has no layers"))?;
@@ -199,10 +199,11 @@ impl Group {
         let options = passes::Options {
             outputs: named,
             arithmetic: *arithmetic,
+            traces: *traces,
             limits: limits.clone(),
             ..passes::Options::default()
         };
-        Ok(Program::new(stages::finish(body, &options).program, live, sources, limits))
+        Ok(Program::new(stages::finish(body, &options).program, (live, *traces), sources, limits))
     }
 
     /// Performs a step, if no earlier one has failed.

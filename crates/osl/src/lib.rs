@@ -44,6 +44,9 @@
 //! | give shaders headers from memory | [`Files`], [`MemoryFiles`], [`Shader::read`] |
 //! | read serialized groups | [`Group::read`] |
 //! | give shaders textures from memory | [`Files`], [`RendererServices::files`] |
+//! | give points data of their own | [`Points::data`], or [`RendererServices::user_data`] |
+//! | give attributes of whole batches | [`RendererServices::attributes`] |
+//! | trace the rays of whole batches | [`RendererServices::trace_all`], [`RendererServices::messages`] |
 //! | choose outputs and arithmetic | [`CompileOptions`] with [`Group::compile_with`] |
 //! | change parameters without compiling again | [`CompileOptions::live`], [`Program::set`] |
 //! | choose threads, cancel, show progress | [`RunOptions`] with [`Program::run_with`] |
@@ -97,6 +100,7 @@
 mod analysis;
 mod assign;
 mod closure;
+mod column;
 mod diagnostic;
 mod error;
 mod files;
@@ -116,6 +120,7 @@ mod value;
 
 pub use analysis::{Analysis, format};
 pub use closure::{Closure, ClosureKind, ClosureParam, Closures};
+pub use column::Column;
 pub use diagnostic::{Diagnostic, Edit, Fix, Label, Position, Range, Severity};
 pub use error::{Error, ErrorKind};
 pub use files::{Files, MemoryFiles, NoFiles};
@@ -123,7 +128,7 @@ pub use group::Group;
 pub use levels::{Levels, NoWarning, Verdict, check_warning};
 pub use options::{CompileOptions, ReadOptions, RunOptions};
 #[doc(inline)]
-pub use osl_exec::{Arithmetic, Isa};
+pub use osl_exec::{Arithmetic, Isa, Ray};
 #[doc(inline)]
 pub use osl_limits::{Cancel, Halt, Limits};
 pub use osl_syntax::Version;

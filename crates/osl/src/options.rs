@@ -76,6 +76,8 @@ pub struct CompileOptions {
     pub live: Vec<String>,
     /// Variables at a line that become outputs: see [`CompileOptions::tap`].
     pub taps: Vec<String>,
+    /// Whether the renderer traces rays: see [`CompileOptions::traces`].
+    pub traces: bool,
 }
 
 impl CompileOptions {
@@ -89,6 +91,14 @@ impl CompileOptions {
     #[must_use]
     pub fn arithmetic(mut self, arithmetic: Arithmetic) -> CompileOptions {
         self.arithmetic = arithmetic;
+        self
+    }
+
+    /// Sets whether the renderer answers `trace` and `getmessage` with a source. Otherwise programs are
+    /// compiled without these queries: no ray hits anything.
+    #[must_use]
+    pub fn traces(mut self, traces: bool) -> CompileOptions {
+        self.traces = traces;
         self
     }
 

@@ -1,9 +1,10 @@
 //! Shading points, listed by an embedder.
 
-use crate::{Error, RendererServices};
-use osl_exec::{Datum, PointSource, left_handed};
+use crate::{Column, Error, RendererServices, Value};
+use osl_exec::{Answer, Datum, DatumColumn, PointSource, Ray, left_handed};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
+use osl_ir::types::Type;
 use std::borrow::Cow;
 
 /// The normal of points without one.
@@ -21,77 +22,33 @@ const NORMAL: [f32; 3] = [0.0, 0.0, 1.0];
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Points<'a> {
     count: usize,
-    columns: Vec<Column<'a>>,
+    columns: Vec<OfGlobal<'a>>,
     derivs: Vec<Derivs<'a>>,
+    data: Vec<Data<'a>>,
     varying: Vec<Global>,
     varying_derivs: Vec<Global>,
 }
 
 /// A global at all points.
 #[derive(Clone, Debug, PartialEq)]
-struct Column<'a> {
+struct OfGlobal<'a> {
     global: Global,
-    values: Values<'a>,
+    values: Column<'a>,
 }
 
 /// The derivatives of a global: its change to the next pixel along x and y.
 #[derive(Clone, Debug, PartialEq)]
 struct Derivs<'a> {
     global: Global,
-    axes: [Values<'a>; 2],
+    axes: [Column<'a>; 2],
 }
 
-/// The values of a column, point by point.
+/// User data at all points, and their derivatives along both axes if they are given.
 #[derive(Clone, Debug, PartialEq)]
-enum Values<'a> {
-    Floats(Cow<'a, [f32]>),
-    Triples(Cow<'a, [[f32; 3]]>),
-    /// One of four numbers of each point.
-    OneOfFour(Cow<'a, [[f32; 4]]>, usize),
-}
-
-impl Values<'_> {
-    fn len(&self) -> usize {
-        match self {
-            Values::Floats(list) => list.len(),
-            Values::Triples(list) => list.len(),
-            Values::OneOfFour(list, _) => list.len(),
-        }
-    }
-
-    /// Copies values from `first` on, component by component; the last value repeats after the end.
-    fn copy(&self, first: usize, width: usize, lanes: &mut [f32]) {
-        match self {
-            Values::Floats(list) => {
-                let from = list.get(first..).unwrap_or_default();
-                let (now, rest) = lanes.split_at_mut(from.len().min(lanes.len()));
-                now.copy_from_slice(from.get(..now.len()).unwrap_or_default());
-                rest.fill(list.last().copied().unwrap_or_default());
-            }
-            Values::Triples(list) => {
-                for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
-                    take(list, first, lanes, |triple| triple.get(component));
-                }
-            }
-            Values::OneOfFour(list, at) => take(list, first, lanes, |four| four.get(*at)),
-        }
-    }
-
-    /// The triple of a point.
-    fn triple(&self, at: usize) -> [f32; 3] {
-        match self {
-            Values::Triples(list) => list.get(at).copied().unwrap_or_default(),
-            _ => [0.0; 3],
-        }
-    }
-}
-
-/// Copies a part of each value from `first` on; the last value repeats after the end.
-fn take<T>(list: &[T], first: usize, lanes: &mut [f32], part: impl Fn(&T) -> Option<&f32>) {
-    let (from, last) = (list.get(first..).unwrap_or_default(), list.last());
-    for (lane, value) in lanes.iter_mut().zip(from.iter().map(Some).chain(std::iter::repeat(last))) {
-        *lane = value.and_then(&part).copied().unwrap_or_default();
-    }
+struct Data<'a> {
+    name: String,
+    values: Column<'a>,
+    derivs: Option<[Column<'a>; 2]>,
 }
 
 /// A setter for each global: the name, the type of a value, the global, and what the values are.
@@ -101,7 +58,7 @@ macro_rules! columns {
             $(#[$doc])*
             #[must_use]
             pub fn $name(self, values: impl Into<Cow<'a, [$type]>>) -> Points<'a> {
-                self.with(Global::$global, Values::$values(values.into()))
+                self.with(Global::$global, Column::$values(values.into()))
             }
         )*}
     };
@@ -149,9 +106,9 @@ impl<'a> Points<'a> {
         self.count
     }
 
-    fn with(mut self, global: Global, values: Values<'a>) -> Points<'a> {
+    fn with(mut self, global: Global, values: Column<'a>) -> Points<'a> {
         self.columns.retain(|c| c.global != global);
-        self.columns.push(Column { global, values });
+        self.columns.push(OfGlobal { global, values });
         if !self.varying.contains(&global) {
             self.varying.push(global);
         }
@@ -161,7 +118,7 @@ impl<'a> Points<'a> {
         self
     }
 
-    fn with_derivs(mut self, global: Global, axes: [Values<'a>; 2]) -> Points<'a> {
+    fn with_derivs(mut self, global: Global, axes: [Column<'a>; 2]) -> Points<'a> {
         self.derivs.retain(|s| s.global != global);
         self.derivs.push(Derivs { global, axes });
         if !self.varying_derivs.contains(&global) {
@@ -175,7 +132,7 @@ impl<'a> Points<'a> {
     #[must_use]
     pub fn uv_derivs(self, derivs: impl Into<Cow<'a, [[f32; 4]]>>) -> Points<'a> {
         let derivs = derivs.into();
-        let part = |at: usize| Values::OneOfFour(derivs.clone(), at);
+        let part = |at: usize| Column::OneOfFour(derivs.clone(), at);
         let axes = [[part(0), part(1)], [part(2), part(3)]];
         let [u, v] = axes;
         self.with_derivs(Global::U, u).with_derivs(Global::V, v)
@@ -190,16 +147,58 @@ impl<'a> Points<'a> {
         dy: impl Into<Cow<'a, [[f32; 3]]>>,
     ) -> Points<'a> {
         let mut points =
-            self.with_derivs(Global::P, [Values::Triples(dx.into()), Values::Triples(dy.into())]);
+            self.with_derivs(Global::P, [Column::Triples(dx.into()), Column::Triples(dy.into())]);
         if !points.varying.contains(&Global::LeftHanded) {
             points.varying.push(Global::LeftHanded);
         }
         points
     }
 
+    /// User data that differ from point to point: the values of interpolated parameters with this name, and
+    /// attributes of no object. They take precedence over those of the renderer.
+    ///
+    /// ```
+    /// use osl::{Group, Points, Shader};
+    ///
+    /// let text = "shader a(float wear = 1 [[int lockgeom = 0]], output float o = 0) { o = 2 * wear; }";
+    /// let program = Group::new().layer("a", &Shader::compile("a.osl", text)?).compile(&["o"])?;
+    /// let points = Points::new(2).data("wear", vec![0.25_f32, 0.5]);
+    /// assert_eq!(program.run(&points)?.floats("o"), Some(vec![0.5, 1.0]));
+    /// # Ok::<(), osl::Error>(())
+    /// ```
+    #[must_use]
+    pub fn data(mut self, name: &str, values: impl Into<Column<'a>>) -> Points<'a> {
+        self.data.retain(|data| data.name != name);
+        self.data.push(Data { name: name.to_string(), values: values.into(), derivs: None });
+        self
+    }
+
+    /// The same for floats with derivatives: their change to the next pixel along x, and along y. Texture
+    /// coordinates need them.
+    #[must_use]
+    pub fn data_with_derivs(
+        self,
+        name: &str,
+        values: impl Into<Cow<'a, [f32]>>,
+        dx: impl Into<Cow<'a, [f32]>>,
+        dy: impl Into<Cow<'a, [f32]>>,
+    ) -> Points<'a> {
+        let mut points = self.data(name, Column::Floats(values.into()));
+        if let Some(data) = points.data.last_mut() {
+            data.derivs = Some([Column::Floats(dx.into()), Column::Floats(dy.into())]);
+        }
+        points
+    }
+
+    /// The column of user data with a name.
+    fn data_column(&self, object: &str, name: &str, element: Option<usize>) -> Option<&Data<'a>> {
+        let is_user_data = object.is_empty() && element.is_none();
+        self.data.iter().find(|data| is_user_data && data.name == name)
+    }
+
     /// The values of a global that is set. The shading normals are also the geometric ones unless these are
     /// set.
-    fn column(&self, global: Global) -> Option<&Values<'a>> {
+    fn column(&self, global: Global) -> Option<&Column<'a>> {
         let of = |global: Global| self.columns.iter().find(|column| column.global == global);
         let found = of(global).or_else(|| if global == Global::Ng { of(Global::N) } else { None });
         found.map(|column| &column.values)
@@ -217,9 +216,13 @@ impl<'a> Points<'a> {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let columns = self.columns.iter().map(|c| (c.global, c.values.len()));
         let derivs = self.derivs.iter().flat_map(|s| s.axes.iter().map(|p| (s.global, p.len())));
-        match columns.chain(derivs).find(|(_, len)| *len != self.count) {
-            Some((global, len)) => {
-                let name = global.name();
+        let data = self.data.iter().flat_map(|data| {
+            let all = std::iter::once(&data.values).chain(data.derivs.iter().flatten());
+            all.map(|column| (&*data.name, column.len()))
+        });
+        let globals = columns.chain(derivs).map(|(global, len)| (global.name(), len));
+        match globals.chain(data).find(|(_, len)| *len != self.count) {
+            Some((name, len)) => {
                 Err(Error::new(format!("there are {} points, but {len} values of {name}", self.count)))
             }
             None => Ok(()),
@@ -231,6 +234,8 @@ impl<'a> Points<'a> {
 pub(crate) struct Source<'a> {
     pub(crate) points: &'a Points<'a>,
     pub(crate) services: &'a dyn RendererServices,
+    /// Whether the program was compiled with rays.
+    pub(crate) traces: bool,
 }
 
 impl PointSource for Source<'_> {
@@ -274,8 +279,64 @@ impl PointSource for Source<'_> {
         }
     }
 
+    fn traces(&self) -> bool {
+        self.traces
+    }
+
+    fn trace_all(&self, rays: &[Ray], hits: &mut [bool]) {
+        self.services.trace_all(rays, hits);
+    }
+
+    fn message(&self, source: &str, name: &str, ty: Type, point: usize) -> Answer {
+        let value = self.services.message(source, name, point);
+        let found = value.as_ref().and_then(Value::constants);
+        // A color, point, vector or normal is given as a triple.
+        let fits =
+            |given: &Type| given.extent == ty.extent && (*given == ty || given.is_triple() && ty.is_triple());
+        Answer {
+            found: found.is_some(),
+            values: found.filter(|(given, _)| fits(given)).map(|(_, list)| list),
+        }
+    }
+
+    fn fill_messages(
+        &self,
+        (source, name): (&str, &str),
+        points: &[usize],
+        column: &mut DatumColumn<'_>,
+    ) -> bool {
+        let given = self.services.messages(source, name, points);
+        given.is_some_and(|given| given.len() == points.len() && given.fill(0, column))
+    }
+
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        if let Some(data) = self.points.data_column(object, name, element) {
+            let axis = |axis: usize| data.derivs.as_ref().map_or(0.0, |derivs| derivs[axis].float(point));
+            return Some(Datum { derivs: [axis(0), axis(1)], ..Datum::one(data.values.value(point)?) });
+        }
         let user = if object.is_empty() { self.services.user_data(name, point) } else { None };
         user.or_else(|| self.services.attribute(object, name, point))?.datum(element)
+    }
+
+    fn fill_attribute(
+        &self,
+        (object, name, element): (&str, &str, Option<usize>),
+        first: usize,
+        column: &mut DatumColumn<'_>,
+    ) -> bool {
+        let width = column.width;
+        if let Some(Data { values, derivs, .. }) = self.points.data_column(object, name, element) {
+            for (values, lanes) in derivs.iter().flatten().zip(column.derivs.chunks_mut(width.max(1))) {
+                values.copy(first, width, lanes);
+            }
+            return values.fill(first, column);
+        }
+        let points = first..self.points.count.min(first + width);
+        let given = element.is_none().then(|| self.services.attributes(object, name, points.clone()));
+        given.flatten().is_some_and(|given| given.len() == points.len() && given.fill(0, column))
+    }
+
+    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        self.points.data_column(object, name, element).is_none() && self.services.is_uniform(object, name)
     }
 }

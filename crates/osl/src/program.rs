@@ -11,23 +11,26 @@ use osl_lower::params::ParamValues;
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
 
-/// A compiled group. It may run any number of times, from any thread.
+/// A compiled group. It may run any number of times, from any thread. A clone shares the machine code and has
+/// its own values of live parameters, so each thread of a renderer can keep a clone and set them.
 #[derive(Clone, Debug)]
 pub struct Program {
     program: osl_exec::Program,
-    live: Vec<Live>,
-    sources: SourceMap,
+    live: Arc<[Live]>,
+    /// Whether it was compiled with rays.
+    traces: bool,
+    sources: Arc<SourceMap>,
     limits: Limits,
 }
 
 impl Program {
     pub(crate) fn new(
         program: osl_exec::Program,
-        live: Vec<Live>,
+        (live, traces): (Vec<Live>, bool),
         sources: SourceMap,
         limits: Limits,
     ) -> Program {
-        Program { program, live, sources, limits }
+        Program { program, live: live.into(), traces, sources: Arc::new(sources), limits }
     }
 
     /// Sets a live parameter for all runs from now on, by the name under which
@@ -94,7 +97,7 @@ impl Program {
         options: &RunOptions,
     ) -> Result<Outputs, Error> {
         points.check()?;
-        let source = Source { points, services: &*renderer.answers };
+        let source = Source { points, services: &*renderer.answers, traces: self.traces };
         let inner = options.inner(&self.limits);
         let progress = |done: usize| options.report(done);
         let frame = osl_exec::run(&self.program, &renderer.services, &source, &inner, &progress);

@@ -1,10 +1,11 @@
 //! The queries of a running shader to the program around it.
 
-use crate::{Files, Value};
-use osl_exec::{FindSpace, Services, Spaces};
+use crate::{Column, Files, Value};
+use osl_exec::{FindSpace, Ray, Services, Spaces};
 use osl_image::TextureCache;
 use osl_limits::Limits;
 use std::fmt;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -58,6 +59,48 @@ pub trait RendererServices: Send + Sync {
         None
     }
 
+    /// An attribute at consecutive points at once: a value for each. `None` means that
+    /// [`RendererServices::user_data`] and [`RendererServices::attribute`] are called for each point, as they
+    /// are if the shader requests another type. The values must equal theirs.
+    fn attributes(&self, object: &str, name: &str, points: Range<usize>) -> Option<Column<'_>> {
+        let _ = (object, name, points);
+        None
+    }
+
+    /// Whether an attribute is the same at all points, or missing at all of them; also as user data, if
+    /// `object` is empty. Then one point is asked for all.
+    fn is_uniform(&self, object: &str, name: &str) -> bool {
+        let _ = (object, name);
+        false
+    }
+
+    /// Whether a ray from a point hits something: `trace`. Called for programs that were compiled with
+    /// [`CompileOptions::traces`](crate::CompileOptions::traces).
+    fn trace(&self, ray: &Ray) -> bool {
+        let _ = ray;
+        false
+    }
+
+    /// The same for all rays of a batch at once; `hits` has an element for each.
+    fn trace_all(&self, rays: &[Ray], hits: &mut [bool]) {
+        hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = self.trace(ray));
+    }
+
+    /// The value with a name that the last ray of a point found: `getmessage("trace", …)`; in general, that
+    /// of a source of messages. It must have exactly the type that the shader requests. Called under the
+    /// condition of [`RendererServices::trace`].
+    fn message(&self, source: &str, name: &str, point: usize) -> Option<Value> {
+        let _ = (source, name, point);
+        None
+    }
+
+    /// The same for the points of a batch at once, with a value for each. `None` means that
+    /// [`RendererServices::message`] is called for each point.
+    fn messages(&self, source: &str, name: &str, points: &[usize]) -> Option<Column<'_>> {
+        let _ = (source, name, points);
+        None
+    }
+
     /// The matrix from a named space to common space, row by row, for row vectors. `common` and `world` are
     /// always known; `shader`, `object` and `camera` equal them unless this function returns a matrix.
     fn transform(&self, space: &str) -> Option<[f32; 16]> {
@@ -86,7 +129,11 @@ pub trait RendererServices: Send + Sync {
 /// Services without any answers.
 struct Nothing;
 
-impl RendererServices for Nothing {}
+impl RendererServices for Nothing {
+    fn is_uniform(&self, _: &str, _: &str) -> bool {
+        true
+    }
+}
 
 /// Services with the data that they keep between runs, such as loaded textures. Use one for all programs of a
 /// scene.

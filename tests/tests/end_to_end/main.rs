@@ -18,6 +18,7 @@ mod branches;
 mod calls;
 mod circles;
 mod composed;
+mod data;
 mod derivatives;
 mod every_call;
 mod exact_traces;

@@ -68,6 +68,8 @@ pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     scratch: Vec<Lanes<A::Word>>,
     /// The elements that the lanes load from an array.
     places: Vec<u32>,
+    /// An attribute of all lanes.
+    column: Vec<u32>,
     /// Single arguments of a lane operation, broadcast to lanes.
     broadcasts: [Vec<A::Word>; MAX_ARGS],
     /// The result of a uniform lane operation.
@@ -152,6 +154,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
             places: Vec::new(),
+            column: Vec::new(),
             broadcasts: Default::default(),
             single: Lanes::new(LINE),
             queue: lane::Queue::default(),

@@ -4,8 +4,9 @@ use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
+use crate::source::{DatumColumn, Ray};
 use crate::step::{KernelStep, Location, Operand};
-use osl_ir::ir::{Const, Kind, USER_DATA};
+use osl_ir::ir::{Axis, Const, Kind, USER_DATA};
 use osl_ir::types::{Base, Extent, Type};
 use osl_lanes::{Arg, Word};
 use std::sync::Arc;
@@ -26,7 +27,14 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let Some((found, derivs)) = rest.split_first() else { return };
         let is_single = step.args.iter().all(|arg| matches!(self.arg(*arg), Arg::Same(_)));
         let (mut asked, mut missing) = (None, Vec::new());
-        for lane in self.active(mask) {
+        let lanes = self.active(mask);
+        if is_single && let Some(lane) = lanes.first() {
+            asked = self.asked(step, *lane);
+            if asked.as_ref().is_some_and(|asked| self.fill_attribute(asked, (kind, count), step)) {
+                return;
+            }
+        }
+        for lane in lanes {
             if !is_single || asked.is_none() {
                 self.note_missing(asked.as_ref(), &mut missing);
                 asked = self.asked(step, lane);
@@ -58,6 +66,67 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             }
         }
         self.note_missing(asked.as_ref(), &mut missing);
+    }
+
+    /// Writes an attribute of all lanes, if the source has a column of it.
+    fn fill_attribute(&mut self, asked: &Asked, (kind, count): (Kind, u8), step: &KernelStep) -> bool {
+        let Asked { object, name, element, .. } = asked;
+        let (width, first, source) = (self.width, self.first, self.source);
+        let (outs, rest) = step.outs.split_at(usize::from(count).max(1).min(step.outs.len()));
+        let Some((found, derivs)) = rest.split_first() else { return false };
+        if source.attribute_is_shared(object, name, *element) || kind == Kind::Str {
+            return false;
+        }
+        let values = outs.iter().map(|out| out.words as usize).sum::<usize>();
+        let mut column = std::mem::take(&mut self.column);
+        column.clear();
+        column.resize((values + derivs.len()) * width, 0);
+        let (words, changes) = column.split_at_mut(values * width);
+        let changes: &mut [f32] = bytemuck::cast_slice_mut(changes);
+        let done = match source.attribute_global(object, name, *element) {
+            Some(global) if (kind, count) == (Kind::Float, 0) => {
+                source.fill(global, first, width, bytemuck::cast_slice_mut(words));
+                for (axis, lanes) in Axis::BOTH.into_iter().zip(changes.chunks_mut(width)) {
+                    if source.varying_derivs().contains(&global) {
+                        source.fill_deriv(global, axis, first, width, lanes);
+                    } else {
+                        lanes.fill(source.deriv(global, axis)[0]);
+                    }
+                }
+                true
+            }
+            _ => {
+                let mut lanes = DatumColumn { kind, count: count.into(), width, words, derivs: changes };
+                source.fill_attribute((object, name, *element), first, &mut lanes)
+            }
+        };
+        if done {
+            let mut parts = column.chunks_exact(width);
+            for out in outs.iter().chain(derivs) {
+                for component in 0..out.words as usize {
+                    self.set_lanes(self.part(*out, component), parts.next().unwrap_or_default());
+                }
+            }
+            self.set_run(*found, 0..width, A::Word::of(1));
+        }
+        self.column = column;
+        done
+    }
+
+    /// Gives all lanes of an operand with one word their words, which are those of single precision.
+    fn set_lanes(&mut self, out: Operand, words: &[u32]) {
+        let word = |word: &u32| match out.kind {
+            Kind::Float => A::of(f32::from_bits(*word)),
+            _ => A::Word::of(*word),
+        };
+        match out.location {
+            Location::Words(at) => self.words[at as usize] = words.first().map_or(A::Word::of(0), word),
+            Location::Lanes { reg, component, cells } => {
+                let own = self.registers[self.per_cell.register(reg, cells)].words_mut();
+                let own = own[component as usize * self.width..].iter_mut();
+                own.zip(words).for_each(|(to, from)| *to = word(from));
+            }
+        }
     }
 
     /// The attribute that a lane wants.
@@ -101,9 +170,16 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
 
     pub(super) fn trace(&mut self, step: &KernelStep, mask: &Mask) {
         let ([origin, direction], Some(out)) = (&step.args[..], step.outs.first()) else { return };
-        for lane in self.active(mask) {
-            let triple = |arg: &Operand| std::array::from_fn(|c| self.single(self.part(*arg, c), lane));
-            let hit = self.source.trace(triple(origin), triple(direction), self.first + lane);
+        let lanes = self.active(mask);
+        let ray = |lane: &usize| Ray {
+            point: self.first + lane,
+            origin: self.singles(*origin, *lane),
+            direction: self.singles(*direction, *lane),
+        };
+        let rays: Vec<Ray> = lanes.iter().map(ray).collect();
+        let mut hits = vec![false; rays.len()];
+        self.source.trace_all(&rays, &mut hits);
+        for (lane, hit) in lanes.into_iter().zip(hits) {
             self.set_bits(*out, lane, hit.into());
         }
     }
@@ -118,6 +194,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let values = usize::from(count).max(1);
         let (outs, rest) = step.outs.split_at(values.min(step.outs.len()));
         let [given, found] = rest else { return };
+        if self.fill_messages((kind, count), (outs, [*given, *found]), step, mask) {
+            return;
+        }
         let extent = if count == 0 { Extent::One } else { Extent::Array(count.into()) };
         for lane in self.active(mask) {
             let [Const::Str(source), Const::Str(name)] = &self.values(&step.args, &step.kinds, lane)[..]
@@ -134,6 +213,42 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 self.set_value(*out, lane, &value.unwrap_or_else(|| Const::zero(kind)));
             }
         }
+    }
+
+    /// Writes a message of all active lanes, if the source has a column of it.
+    fn fill_messages(
+        &mut self,
+        (kind, count): (Kind, u8),
+        (outs, found): (&[Operand], [Operand; 2]),
+        step: &KernelStep,
+        mask: &Mask,
+    ) -> bool {
+        let is_single = step.args.iter().all(|arg| matches!(self.arg(*arg), Arg::Same(_)));
+        let lanes = self.active(mask);
+        let Some(first) = lanes.first().filter(|_| is_single && kind != Kind::Str) else { return false };
+        let [Const::Str(source), Const::Str(name)] = &self.values(&step.args, &step.kinds, *first)[..] else {
+            return false;
+        };
+        let points: Vec<usize> = lanes.iter().map(|lane| self.first + lane).collect();
+        let width = lanes.len();
+        let values = outs.iter().map(|out| out.words as usize).sum::<usize>();
+        let mut words = vec![0; values * width];
+        let mut column = DatumColumn { kind, count: count.into(), width, words: &mut words, derivs: &mut [] };
+        if !self.source.fill_messages((source, name), &points, &mut column) {
+            return false;
+        }
+        let parts = |out: &Operand| (0..out.words as usize).map(|c| (*out, c)).collect::<Vec<_>>();
+        for ((out, component), words) in outs.iter().flat_map(parts).zip(words.chunks_exact(width)) {
+            let part = self.part(out, component);
+            for (lane, word) in lanes.iter().zip(words) {
+                match part.kind {
+                    Kind::Float => self.set_floats(part, *lane, &[f32::from_bits(*word)]),
+                    _ => self.set_bits(part, *lane, *word),
+                }
+            }
+        }
+        found.into_iter().for_each(|found| lanes.iter().for_each(|lane| self.set_bits(found, *lane, 1)));
+        true
     }
 
     pub(super) fn check_index(&mut self, name: &str, step: &KernelStep, mask: &Mask) {

@@ -187,6 +187,10 @@ impl PointSource for Ground {
         self.grid.attribute(object, name, element, point)
     }
 
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        self.grid.attribute_global(object, name, element)
+    }
+
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
         self.grid.attribute_is_shared(object, name, element)
     }

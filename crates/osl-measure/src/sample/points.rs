@@ -228,6 +228,10 @@ impl PointSource for SamplePoints<'_> {
         self.surface.attribute_at(object, name, element, place)
     }
 
+    fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
+        self.surface.attribute_global(object, name, element)
+    }
+
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
         self.surface.attribute_is_shared(object, name, element)
     }
