@@ -262,13 +262,21 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         if fine {
             return;
         }
-        for lane in self.active(mask) {
+        let wrong = |lane: usize| {
             let (i, n) = (self.bits(*index, lane) as i32, self.bits(*len, lane) as i32);
-            if i < 0 || i >= n {
-                let text = format!("Index [{i}] out of range {name}[0..{}]: {{0}}", n - 1);
-                self.report(step, lane, mask, Message::error_at(text, vec![step.span]));
-            }
-            if !self.work.close() {
+            (i < 0 || i >= n).then_some(((i, n), lane))
+        };
+        let mut lanes: Vec<_> = self.active(mask).into_iter().filter_map(wrong).collect();
+        // Points with the same index have the same message, which takes longer to write than to count.
+        lanes.sort_by_key(|(wrong, _)| *wrong);
+        for alike in lanes.chunk_by(|(one, _), (other, _)| one == other) {
+            let Some(((i, n), _)) = alike.first() else { continue };
+            let text = format!("Index [{i}] out of range {name}[0..{}]: {{0}}", n - 1);
+            self.pay_report(text.len());
+            let message = Message { at: Some(step.span), ..Message::error_at(text, vec![step.span]) };
+            let first = self.first;
+            self.messages.add(alike.iter().map(|(_, lane)| first + lane), message);
+            if !self.work.close_all(alike.len() as u64) {
                 return;
             }
         }
