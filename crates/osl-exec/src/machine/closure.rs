@@ -156,7 +156,16 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let is_own = |kind: &ClosureKind| kind.name == *name && kind.shapes == shapes;
         let Some(kind) = self.program.closures.iter().position(is_own) else { return };
         let values: u64 = step.args.iter().filter(|arg| arg.kind != Kind::Closure).count() as u64;
-        for lane in self.lanes(&step.outs, mask) {
+        let lanes = self.lanes(&step.outs, mask);
+        let each: usize = shapes.iter().map(|s| s.kind.words() as usize * s.count as usize).sum();
+        let start = self.closures.words.len();
+        let end = start.saturating_add(each.saturating_mul(lanes.len()));
+        if u32::try_from(end).is_err() || !self.work.holds((end - start) as u64 * size_of::<u32>() as u64) {
+            self.work.keep(u64::MAX);
+            return;
+        }
+        self.push_words(&step.args, each, &lanes);
+        for (at, lane) in lanes.into_iter().enumerate() {
             let mut nested = 0;
             for arg in step.args.iter().filter(|arg| arg.kind == Kind::Closure) {
                 let closure = self.bits(*arg, lane);
@@ -165,18 +174,11 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                     return;
                 }
             }
-            let start = self.closures.words.len();
-            let Ok(first) = u32::try_from(start) else {
-                self.work.keep(u64::MAX);
-                return;
-            };
-            let kinds = shapes.iter().flat_map(|shape| std::iter::repeat_n(shape.kind, shape.count as usize));
-            step.args.iter().zip(kinds).for_each(|(arg, kind)| self.push_words(*arg, kind, lane));
-            let own = (self.closures.words.len() - start) as u64 * size_of::<u32>() as u64;
+            let own = (each * size_of::<u32>()) as u64;
             let component = NODE_BYTES + PARAM_BYTES * (shapes.len() as u64 + values) + nested;
             self.work.pay(component / BYTES_A_STEP);
             // What is nested is charged again at each level, which bounds the levels.
-            let form = Form::Component(kind as u32, first);
+            let form = Form::Component(kind as u32, (start + each * at) as u32);
             let number =
                 self.new_node(form, own.saturating_add(nested), component.saturating_add(NODE_BYTES));
             self.set_bits(*out, lane, number);
@@ -186,15 +188,25 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         }
     }
 
-    /// Adds the words of a value at one lane to the parameters.
-    fn push_words(&mut self, arg: Operand, kind: Kind, lane: usize) {
-        for c in 0..kind.words() as usize {
-            let word = match kind {
-                Kind::Float | Kind::Triple | Kind::Matrix => self.single(self.part(arg, c), lane).to_bits(),
-                Kind::Int | Kind::Str | Kind::Closure => self.bits(arg, lane),
+    /// Adds the words of some values to the parameters: `each` for every lane.
+    fn push_words(&mut self, args: &[Operand], each: usize, lanes: &[usize]) {
+        let mut words = std::mem::take(&mut self.closures.words);
+        let start = words.len();
+        words.resize(start + each * lanes.len(), 0);
+        let components =
+            |arg: &Operand| (0..arg.words as usize).map(|c| self.part(*arg, c)).collect::<Vec<_>>();
+        for (at, part) in args.iter().flat_map(components).take(each).enumerate() {
+            let bits = |word: A::Word| match part.kind {
+                Kind::Float => A::single(word).to_bits(),
+                _ => word.bits(),
             };
-            self.closures.words.push(word);
+            let own = words[start + at..].iter_mut().step_by(each.max(1)).zip(lanes);
+            match self.arg(part) {
+                Arg::Same(word) => own.for_each(|(to, _)| *to = bits(word[0])),
+                Arg::Each(from) => own.for_each(|(to, lane)| *to = bits(from[*lane])),
+            }
         }
+        self.closures.words = words;
     }
 
     pub(super) fn closure_sum(&mut self, step: &KernelStep, mask: &Mask) {
@@ -216,11 +228,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
 
     pub(super) fn closure_scale(&mut self, step: &KernelStep, mask: &Mask) {
         let ([of, by], [out]) = (&step.args[..], &step.outs[..]) else { return };
-        for lane in self.lanes(&step.outs, mask) {
-            let by: [f32; 3] = std::array::from_fn(|c| {
-                let c = if by.words == 1 { 0 } else { c };
-                self.single(self.part(*by, c), lane)
-            });
+        let lanes = self.lanes(&step.outs, mask);
+        let factors: Vec<Vec<f32>> =
+            (0..by.words as usize).map(|c| self.singles_at(self.part(*by, c), &lanes)).collect();
+        for (at, lane) in lanes.into_iter().enumerate() {
+            let factor = |c: usize| factors.get(c).or(factors.first()).and_then(|all| all.get(at)).copied();
+            let by: [f32; 3] = std::array::from_fn(|c| factor(c).unwrap_or_default());
             let number = match self.bits(*of, lane) {
                 _ if by == [0.0; 3] => 0,
                 0 => 0,

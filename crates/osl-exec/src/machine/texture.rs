@@ -332,7 +332,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     }
 
     /// The floats of an operand at some lanes, in single precision.
-    fn singles_at(&self, operand: Operand, lanes: &[usize]) -> Vec<f32> {
+    pub(super) fn singles_at(&self, operand: Operand, lanes: &[usize]) -> Vec<f32> {
         match self.arg(operand) {
             Arg::Same(words) => vec![A::single(words[0]); lanes.len()],
             Arg::Each(words) => lanes.iter().map(|lane| A::single(words[*lane])).collect(),
