@@ -21,7 +21,7 @@ use crate::native::Plans;
 use crate::register::LINE;
 use crate::services::Services;
 use crate::source::PointSource;
-use crate::step::{Array, Mark, Operand, OutputPlan, OutputSource, Seed, Step, Steps};
+use crate::step::{Array, Location, Mark, Operand, OutputPlan, OutputSource, Seed, Step, Steps};
 use compile::Compiler;
 use osl_ir::global::Global;
 use osl_ir::ir::{Assumptions, Axis, Body, Const, Input, Kernel, Kind, Op, Rate};
@@ -89,10 +89,13 @@ const BATCH: usize = 256;
 /// Maximum size of the registers of a wider batch, as measured.
 const NEAR_BYTES: u64 = 256 << 10;
 
-fn has_loop(steps: &Steps) -> bool {
+/// Whether points leave a loop one after the other.
+fn has_uneven_loop(steps: &Steps) -> bool {
     steps.list.iter().any(|step| match step {
-        Step::Loop { .. } => true,
-        Step::If { then, otherwise, .. } => has_loop(then) || has_loop(otherwise),
+        Step::Loop { cond, body, .. } => {
+            matches!(cond.location, Location::Lanes { .. }) || has_uneven_loop(body)
+        }
+        Step::If { then, otherwise, .. } => has_uneven_loop(then) || has_uneven_loop(otherwise),
         _ => false,
     })
 }
@@ -272,7 +275,7 @@ impl Program {
     pub fn batch(&self) -> usize {
         let words: u64 = self.registers.iter().map(|words| u64::from(*words)).sum();
         let fits = |batch: &usize| words * 4 * *batch as u64 <= NEAR_BYTES;
-        if has_loop(&self.steps) {
+        if has_uneven_loop(&self.steps) {
             BATCH
         } else {
             [8, 4, 2].map(|n| n * BATCH).into_iter().find(fits).unwrap_or(BATCH)
