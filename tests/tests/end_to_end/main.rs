@@ -38,6 +38,7 @@ mod reject;
 mod rooms;
 mod rules;
 mod same_bits;
+mod searches;
 mod sharing;
 mod snapshots;
 mod string_hashes;
