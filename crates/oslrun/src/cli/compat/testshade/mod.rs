@@ -161,26 +161,31 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let textures = setup::textures(&job, console.limits.limits());
     let services = Services { ray: job.raytype.clone(), spaces, textures, reference_texts: true };
     let mut teller = Teller::new(&sources, &job.settings);
-    let mut last = None;
+    let (mut last, mut compiled) = (None, None);
+    let is_written = outputs.iter().any(|output| output.file.is_some());
     for round in 0..job.iterations {
-        if round == 1 {
-            reparam(&mut group, &job);
-        }
         let mut silent = std::io::sink();
         let mut told = Console { out: &mut *console.out, err: &mut *console.err, limits: console.limits };
-        if round > 0 {
+        if round == 1 && !job.reparams.is_empty() {
+            reparam(&mut group, &job);
+            compiled = None;
             told.err = &mut silent;
         }
-        let program = compile(&group, primaries, &renderer, &outputs, &sources, &mut told)?;
+        let program = match compiled.take() {
+            Some(program) => program,
+            None => compile(&group, primaries, &renderer, &outputs, &sources, &mut told)?,
+        };
+        let program = compiled.insert(program);
         // If lookups report errors to shaders, the first error of a file has a longer text. One thread makes
         // it the same in all runs.
         let alone = if program.has_error_messages() { Some(threads(1)?) } else { None };
         let machine = (&renderer, &services, alone.as_ref().or(pool.as_ref()));
-        let mut frame = run(&program, machine, (!job.print).then_some(&mut teller), console)?;
+        let is_kept = job.print || is_written && round + 1 == job.iterations;
+        let mut frame = run(program, machine, is_kept, (!job.print).then_some(&mut teller), console)?;
         // The tool prints the values of all points before the messages of the shaders.
         if job.print {
             show::points(&frame, &outputs, job.grid.width, console);
-            teller.tell(&std::mem::take(&mut frame.events), &program, console)?;
+            teller.tell(&std::mem::take(&mut frame.events), program, console)?;
         }
         last = Some(frame);
     }
@@ -201,10 +206,11 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
 const PIECE: usize = 1 << 16;
 
 /// Runs a program on all points. A teller prints the text and messages piece by piece; without one they stay
-/// in the frame.
+/// in the frame. The frame has values only if they are kept.
 fn run(
     program: &Program,
     (renderer, services, pool): (&osl_scene::ReferenceRenderer, &Services, Option<&rayon::ThreadPool>),
+    is_kept: bool,
     mut teller: Option<&mut Teller<'_>>,
     console: &mut Console<'_>,
 ) -> Result<Frame, String> {
@@ -214,7 +220,11 @@ fn run(
     let piece = PIECE.next_multiple_of(renderer.blocks().map_or(1, |blocks| blocks.period()));
     let mut all = Frame::default();
     for first in (0..renderer.count()).step_by(piece) {
-        let work = || run.points(first..first.saturating_add(piece), &|_| ());
+        let points = first..first.saturating_add(piece);
+        let work = || match is_kept {
+            true => run.points(points.clone(), &|_| ()),
+            false => run.look(points.clone(), &|_| (), &|_, _| ()),
+        };
         let found = match pool {
             Some(pool) => pool.install(work),
             None => work(),
