@@ -49,7 +49,7 @@ pub(crate) const CASES: [Case; 22] = [
 /// Shaders that resemble published ones: procedural textures with loops, graphs of nodes, fractals, tilings,
 /// toon and weave patterns, ramps in arrays, searches of cells, blends of textures.
 #[allow(dead_code, reason = "not every bench uses it")]
-pub(crate) const MORE: [Case; 32] = [
+pub(crate) const MORE: [Case; 37] = [
     more("marble", "crates/oslrun/benches/shaders/suite/marble.osl"),
     more("wood", "crates/oslrun/benches/shaders/suite/wood.osl"),
     more("ridges", "crates/oslrun/benches/shaders/suite/ridges.osl"),
@@ -79,6 +79,11 @@ pub(crate) const MORE: [Case; 32] = [
     more("worley", "crates/oslrun/benches/shaders/suite/worley.osl"),
     more("crackle", "crates/oslrun/benches/shaders/suite/crackle.osl"),
     more("bubbles", "crates/oslrun/benches/shaders/suite/bubbles.osl"),
+    more("patch", "crates/oslrun/benches/shaders/suite/patch.osl"),
+    more("neighbours", "crates/oslrun/benches/shaders/suite/neighbours.osl"),
+    more("layers", "crates/oslrun/benches/shaders/suite/layers.osl"),
+    more("first_hit", "crates/oslrun/benches/shaders/suite/first_hit.osl"),
+    more("lookups", "crates/oslrun/benches/shaders/suite/lookups.osl"),
     textured("triplanar", "crates/oslrun/benches/shaders/suite/triplanar.osl"),
     textured("splats", "crates/oslrun/benches/shaders/suite/splats.osl"),
     textured("decals", "crates/oslrun/benches/shaders/suite/decals.osl"),
