@@ -23,6 +23,7 @@ mod weights;
 
 pub use prefilter::Prefilter;
 pub use primaries::set_primaries;
+pub use rate::inputs_decide;
 pub use weights::closures_as_numbers;
 
 use crate::global::Global;
