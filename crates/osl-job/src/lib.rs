@@ -16,6 +16,7 @@ mod failure;
 pub mod file;
 pub mod host;
 mod message;
+mod open;
 pub mod picture;
 pub mod report;
 pub mod request;

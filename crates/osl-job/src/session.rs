@@ -5,6 +5,7 @@
 //! time or the size of a file changes: sources that were resolved, textures, meshes and attributes.
 
 use crate::host::{Disk, Host};
+use crate::open::Open;
 use osl_files::Stamp;
 use osl_hir::hir;
 use osl_image::TextureCache;
@@ -14,6 +15,7 @@ use osl_scene::Data;
 use osl_scene::mesh::Mesh;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -79,6 +81,12 @@ pub(crate) struct Kept {
     pub(crate) source: Slot<Arc<Source>>,
     pub(crate) mesh: Slot<Arc<Mesh>>,
     pub(crate) data: Slot<Data>,
+    /// A source, and what was compiled of it.
+    pub(crate) forms: Slot<(Arc<Source>, Arc<dyn Any + Send + Sync>)>,
+    /// Parameters that change from picture to picture.
+    pub(crate) open: Open,
+    /// The number of forms that were compiled to be kept.
+    pub(crate) compiled: u64,
     textures: Slot<TextureCache>,
 }
 
@@ -145,23 +153,34 @@ impl Snapshot {
         &self.cancel
     }
 
-    /// What a slot keeps for a key, or what `make` makes from files. Without files it is not kept.
+    /// How often a shader of the session was compiled, as far as its program may be kept.
+    pub fn compiled(&self) -> u64 {
+        self.kept().map_or(0, |kept| kept.compiled)
+    }
+
+    /// What is kept; nothing by default.
+    pub(crate) fn kept(&self) -> Option<MutexGuard<'_, Kept>> {
+        Some(self.kept.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// What a slot keeps for a key, or what `make` makes, with the files that it is made from if it is to be
+    /// kept.
     pub(crate) fn keep<T: Clone, E>(
         &self,
         slot: fn(&mut Kept) -> &mut Slot<T>,
         key: impl FnOnce() -> String,
-        make: impl FnOnce() -> Result<(T, Vec<PathBuf>), E>,
+        make: impl FnOnce() -> Result<(T, Option<Vec<PathBuf>>), E>,
     ) -> Result<T, E> {
-        let Some(kept) = &self.kept else { return Ok(make()?.0) };
+        let Some(mut kept) = self.kept() else { return Ok(make()?.0) };
         let key = key();
-        let lock = || kept.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(made) = slot(&mut lock()).as_ref().and_then(|entry| entry.get(&key, &*self.host)) {
+        if let Some(made) = slot(&mut kept).as_ref().and_then(|entry| entry.get(&key, &*self.host)) {
             return Ok(made);
         }
+        drop(kept);
         let began = self.host.now();
         let (made, files) = make()?;
-        if !files.is_empty() {
-            *slot(&mut lock()) = Entry::new(key, (&*self.host, began), files, made.clone());
+        if let (Some(files), Some(mut kept)) = (files, self.kept()) {
+            *slot(&mut kept) = Entry::new(key, (&*self.host, began), files, made.clone());
         }
         Ok(made)
     }
@@ -174,9 +193,8 @@ impl Snapshot {
         limits: &Limits,
         make: impl FnOnce() -> TextureCache,
     ) -> TextureCache {
-        let Some(kept) = &self.kept else { return make() };
+        let Some(mut kept) = self.kept() else { return make() };
         let key = key();
-        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(textures) = kept.textures.as_ref().and_then(|entry| entry.get(&key, &*self.host)) {
             return textures.renewed(limits);
         }
@@ -187,8 +205,7 @@ impl Snapshot {
 
     /// Notes which files the kept textures come from, after a run that began at a moment.
     pub(crate) fn note_textures(&self, began: SystemTime) {
-        let Some(kept) = &self.kept else { return };
-        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(mut kept) = self.kept() else { return };
         let Some(Entry { key, files, made }) = kept.textures.take() else { return };
         // Those of a snapshot with other textures belong to its run.
         if files.get(&PathBuf::new()) == self.all_textures().get(&PathBuf::new()) {

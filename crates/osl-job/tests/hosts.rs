@@ -4,7 +4,7 @@
 
 use osl_files::{FileError, Roots, Stamp};
 use osl_image::{ExrOptions, Layer, LayerKind, TextureCache, write_exr};
-use osl_job::host::{Disk, Host, Memory, Watching, Within};
+use osl_job::host::{Host, Memory, Watching, Within};
 use osl_job::picture::{self, Extras};
 use osl_job::{Image, NoSink, Session};
 use osl_limits::{Cancel, Halt, Limits};
@@ -215,8 +215,15 @@ fn limits_hold_in_memory_too() {
     let mut image = image("shaders/s.osl").on(session.snapshot());
     image.shader.read.limits.reading.file_bytes = 10;
     assert!(bits(&image).unwrap_err().contains("more than 10 bytes"));
-    // The snapshot cancels only what is made of it.
-    let cancel = Cancel::new();
-    assert!(Limits::default().until(&cancel.part()).halted().is_none());
-    assert!(Disk.stamp(Path::new("")).is_none());
+}
+
+#[test]
+fn a_part_of_the_work_ends_alone_or_with_the_whole() {
+    let whole = Cancel::new();
+    let [one, other] = [whole.part(), whole.part()];
+    one.cancel();
+    assert!(one.is_cancelled() && !other.is_cancelled() && !whole.is_cancelled());
+    assert!(Limits::default().until(&other).halted().is_none());
+    whole.cancel();
+    assert_eq!(Limits::default().until(&other).halted(), Some(Halt::Cancelled));
 }

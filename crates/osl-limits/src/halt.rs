@@ -29,11 +29,18 @@ impl std::fmt::Display for Halt {
 impl std::error::Error for Halt {}
 
 /// Whether to stop; all copies share one value.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Flag {
     why: Arc<AtomicU8>,
     /// Whoever else may stop this copy and those made from it.
     cancel: Option<Cancel>,
+}
+
+impl std::fmt::Debug for Flag {
+    /// Limits with the same numbers have one text, whether or not the work is to stop.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Flag")
+    }
 }
 
 /// Cancels one piece of work from another thread. Copies share one state.

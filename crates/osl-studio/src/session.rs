@@ -2,9 +2,9 @@
 //! answers.
 //!
 //! Two threads share an [`Inbox`]. The reader puts the newest request there, lets the subject cancel the work
-//! that it makes outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
-//! request of each kind is kept, so a fast page and a slow shader need no queue. A page that does not read
-//! its answers stops only its own worker.
+//! that it makes outdated, and looks at the files. The worker takes requests, asks the subject, and sends.
+//! Only the newest request of each kind is kept, so a fast page and a slow shader need no queue. A page that
+//! does not read its answers stops only its own worker.
 
 use crate::http::is_waiting;
 use crate::protocol::{self, Edit, MAX_MESSAGE, Picture, Request, State};

@@ -19,13 +19,16 @@ use crate::{Failure, Image, Sink};
 use osl::stages::{self, Compiled};
 use osl_exec::{Frame, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
-use osl_ir::ir::Body;
+use osl_ir::ir::{Body, Input};
 use osl_ir::passes;
 use osl_measure::explain;
 use osl_measure::sample::Shading;
 use osl_numeric::Arithmetic;
 use osl_scene::{Crop, WithData};
 use osl_syntax::source::SourceMap;
+use std::any::Any;
+use std::convert::Infallible;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How a run of the grid begins.
@@ -54,6 +57,8 @@ struct Forms {
 struct Job<'a> {
     image: &'a Image,
     forms: &'a Forms,
+    /// The usual form, with the values of this request.
+    program: &'a Program,
     services: &'a Services,
     points: &'a WithData<Crop>,
     sources: &'a SourceMap,
@@ -82,7 +87,9 @@ pub(super) fn run(
     if tapped && plan != Plan::Plain {
         return Err(Failure::new("a tap of a closure wants one sample for each pixel"));
     }
-    let forms = compiled(image, &loaded, plan, tapped, (&services, &points));
+    let forms = forms(image, &loaded, plan, tapped, (&services, &points));
+    let open = with_inputs(&forms.usual.program, &loaded.body.inputs);
+    let program = open.as_ref().unwrap_or(&forms.usual.program);
     let compile = started.elapsed();
     let LoadedShader { sources, name, folder, texts, .. } = loaded;
 
@@ -93,7 +100,8 @@ pub(super) fn run(
     let values = closures || image.wanted.histogram || image.wanted.values;
     let wanted = RunRequest { closures, ranges: image.wanted.ranges, values };
     let meters = sink.meters();
-    let job = Job { image, forms: &forms, services: &services, points: &points, sources: &sources, meters };
+    let (forms, services) = (&*forms, &services);
+    let job = Job { image, forms, program, services, points: &points, sources: &sources, meters };
     if let Some(first) = first {
         job.show_first(&first, folder, (started, compile), closures);
     }
@@ -157,14 +165,28 @@ fn saved(done: &mut Done, file: Option<Unsaved>, image: &Image, sink: &mut dyn S
     Ok(())
 }
 
-/// Compiles the shader in all forms that the request needs.
-fn compiled(
+/// The program with the values of its inputs in a body; none without inputs.
+fn with_inputs(program: &Program, inputs: &[Input]) -> Option<Program> {
+    let mut program = (!inputs.is_empty()).then(|| program.clone())?;
+    for index in 0..program.inputs().len() {
+        let known = program.inputs().get(index);
+        let is_it =
+            |input: &&Input| known.is_some_and(|k| (&k.name, k.element) == (&input.name, input.element));
+        if let Some(input) = inputs.iter().find(is_it) {
+            program.set_input(index, input.value.clone());
+        }
+    }
+    Some(program)
+}
+
+/// The compiled forms of the shader: those that the session keeps, or new ones.
+fn forms(
     image: &Image,
     loaded: &LoadedShader,
     plan: Plan,
     tapped: bool,
     (services, points): (&Services, &WithData<Crop>),
-) -> Forms {
+) -> Arc<Forms> {
     let options = passes::Options {
         outputs: loaded.outputs(image),
         varying: points.varying().to_vec(),
@@ -176,6 +198,31 @@ fn compiled(
         prefilter: image.sampling.prefilter(plan),
         limits: image.limits().clone(),
     };
+    let Some((source, key)) = &loaded.kept else {
+        return Arc::new(compiled(image, loaded, plan, tapped, options));
+    };
+    let key = || format!("{key} {tapped} {options:?}");
+    let make = || {
+        let forms = compiled(image, loaded, plan, tapped, options.clone());
+        if let Some(mut kept) = image.snapshot().kept() {
+            kept.compiled += 1;
+        }
+        // Compiling that was cancelled leaves the program slow.
+        let files = image.limits().halted().is_none().then(Vec::new);
+        Ok::<_, Infallible>(((source.clone(), Arc::new(forms) as Arc<dyn Any + Send + Sync>), files))
+    };
+    let Ok((_, forms)) = image.snapshot().keep(|kept| &mut kept.forms, key, make);
+    forms.downcast().unwrap_or_else(|_| Arc::new(compiled(image, loaded, plan, tapped, options.clone())))
+}
+
+/// Compiles the shader in all forms that the request needs.
+fn compiled(
+    image: &Image,
+    loaded: &LoadedShader,
+    plan: Plan,
+    tapped: bool,
+    options: passes::Options,
+) -> Forms {
     let mut body = loaded.body.clone();
     if !image.wanted.closures && !tapped {
         output::drop_closures(&mut body, options.outputs.as_deref());
@@ -242,7 +289,7 @@ impl Job<'_> {
     fn shade(&self, way: Way) -> Result<Shaded, Failure> {
         let Job { image, services, points, .. } = *self;
         let Way { plan, wanted, began } = way;
-        let program = &self.forms.usual.program;
+        let program = self.program;
         let keeping = messages::keeping(self.sources);
         let options = RunOptions { keeping, closures: wanted.closures, ..options(image) };
         let meter = (self.meters)(points.count() as u64, "points");

@@ -26,6 +26,7 @@ use crate::source::load::{self, MoreTaps, Request};
 use crate::source::reads::Reads;
 use crate::{Failure, Image, Sink};
 use osl_exec::{Frame, Plane, ProfileEntry};
+use osl_numeric::Arithmetic;
 use osl_syntax::source::SourceMap;
 use sampling::Plan;
 use std::path::PathBuf;
@@ -121,7 +122,8 @@ fn shade(image: &Image, extras: Extras<'_>, sink: &mut dyn Sink) -> Result<Done,
     }
     cropped(image, plan)?;
     let Extras { first, mut reads, more_taps } = extras;
-    let loaded = load::load(&Request { more_taps, ..Request::of(image) }, sink)?;
+    let opens = more_taps.is_none() && opens(image, plan);
+    let loaded = load::load(&Request { more_taps, opens, ..Request::of(image) }, sink)?;
     if let Some(reads) = &mut reads {
         let services = setup::services(image, loaded.folder.clone(), setup::grid_spaces(image));
         reads.sources(&loaded.sources);
@@ -132,6 +134,16 @@ fn shade(image: &Image, extras: Extras<'_>, sink: &mut dyn Sink) -> Result<Done,
         None if image.points.surface.on.is_some() => surface::run(image, &loaded, started, sink),
         None => grid::run(image, loaded, grid::Start { plan, started, first, reads }, sink),
     }
+}
+
+/// Whether the program of a picture may be kept, with parameters as inputs: what is told of it must be the
+/// same as of a program with constants.
+fn opens(image: &Image, plan: Plan) -> bool {
+    let Image { points, running, wanted, sampling, .. } = image;
+    let is_grid = image.light.is_none() && points.surface.on.is_none();
+    let is_watched = running.profile || running.steps || wanted.stats || wanted.closures;
+    let is_strict = matches!(running.arithmetic, None | Some(Arithmetic::Strict)) && !sampling.prefilter;
+    is_grid && is_strict && !is_watched && matches!(plan, Plan::Plain | Plan::Samples(..))
 }
 
 /// Fails if a part of the picture cannot be computed alone, or is not in the picture.

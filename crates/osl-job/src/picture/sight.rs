@@ -373,7 +373,7 @@ fn mesh(name: &str, read: &Reading) -> Result<Arc<Mesh>, Failure> {
         let text =
             input::read_text(path, read).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
         let mesh = read_obj_within(&text, &read.limits).map_err(|e| Failure::new(format!("{name}: {e}")))?;
-        Ok((Arc::new(mesh), vec![path.to_owned()]))
+        Ok((Arc::new(mesh), Some(vec![path.to_owned()])))
     };
     read.snapshot.keep(|kept| &mut kept.mesh, || name.to_string(), mesh)
 }

@@ -24,7 +24,7 @@ pub fn read(image: &Image) -> Result<Data, Failure> {
         Some(path) => read.snapshot.keep(
             |kept| &mut kept.data,
             || path.display().to_string(),
-            || Ok((attributes(path, read)?, vec![path.to_owned()])),
+            || Ok((attributes(path, read)?, Some(vec![path.to_owned()]))),
         )?,
         None => Data::default(),
     };

@@ -3,6 +3,7 @@
 use super::folders::Folders;
 use super::{data, input, levels, repair};
 use crate::event::{Event, Sink};
+use crate::open;
 use crate::request::{Image, Lints, Network, Reading};
 use crate::session::{Resolved, Source};
 use crate::{Failure, NoSink};
@@ -18,6 +19,7 @@ use osl_lower::taps::{self, Tap, TapPath};
 use osl_lower::{Last, Requests};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
+use std::any::Any;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,6 +55,8 @@ pub struct LoadedShader {
     layers: Option<Group>,
     /// The values of the parameters of a single shader.
     given: ParamValues,
+    /// The source, and a text that decides the body together with it; none if programs are not kept.
+    pub(crate) kept: Option<(Arc<Source>, String)>,
 }
 
 impl LoadedShader {
@@ -127,6 +131,8 @@ pub struct Request<'a> {
     pub points: usize,
     /// Whether notes have the derivatives of variables.
     pub note_derivs: bool,
+    /// Whether parameters may be inputs of the program, and the program may be kept.
+    pub opens: bool,
 }
 
 impl Request<'_> {
@@ -149,6 +155,7 @@ impl Request<'_> {
             allow_files: shader.allow_files,
             points: image.size().0.saturating_mul(image.size().1),
             note_derivs: false,
+            opens: false,
         }
     }
 }
@@ -257,7 +264,18 @@ fn shader(
     taps.extend(request.more_taps.map(|more| more(program, &source.sources)).unwrap_or_default());
     let requests = Requests { taps, ..requests(Vec::new(), request) };
     let lower = |requests: &Requests| stages::lower_for(program, request.params, requests);
-    let lowered = lower(&requests).and_then(|body| {
+    let opened = request.opens.then(|| {
+        let wanted = (source.clone() as Arc<dyn Any + Send + Sync>, wish(request));
+        open::body(&request.read.snapshot, wanted, (program, request.params), &requests)
+    });
+    let opened = opened.flatten();
+    let kept = request.opens.then(|| {
+        let open = opened.as_ref().map_or(&[][..], |(open, _)| open);
+        let is_fixed = |(name, _): &&(String, String)| !open.contains(name);
+        let fixed: Vec<_> = request.params.iter().filter(is_fixed).collect();
+        (source.clone(), format!("{:p} {:?}", Arc::as_ptr(&source), (wish(request), open, fixed)))
+    });
+    let lowered = opened.map_or_else(|| lower(&requests), |(_, body)| Ok(body)).and_then(|body| {
         Ok((body, notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose()?))
     });
     let (body, noted) = lowered.map_err(failed)?;
@@ -279,7 +297,12 @@ fn shader(
     // A function that is not called has none of the taps that were found in it.
     let exists = |name: &Arc<str>| body.outputs.iter().any(|output| output.name == *name);
     tapped.extend(names_of(more, &body).into_iter().filter(exists));
-    Ok(LoadedShader { sources, body, name, folder, program, texts, tapped, noted, layers: None, given })
+    Ok(LoadedShader { sources, body, name, folder, program, texts, tapped, noted, layers: None, given, kept })
+}
+
+/// What a request wants of its source, except the values of parameters.
+fn wish(request: &Request<'_>) -> String {
+    format!("{:?}", (request.outputs, request.taps, request.displace, &request.read.limits))
 }
 
 /// Reads and resolves a shader.
@@ -321,7 +344,7 @@ fn source(
         let source = Arc::new(read()?);
         let files = source.sources.files().iter().map(|file| PathBuf::from(&*file.name));
         // A source with errors is read again.
-        let files = if source.resolved.is_some() { files.collect() } else { Vec::new() };
+        let files = source.resolved.is_some().then(|| files.collect());
         Ok((source, files))
     };
     request.read.snapshot.keep(|kept| &mut kept.source, || key(request), kept)
@@ -507,6 +530,7 @@ fn group(
         noted,
         layers: Some(group),
         given,
+        kept: None,
     })
 }
 

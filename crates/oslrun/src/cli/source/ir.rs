@@ -57,6 +57,7 @@ pub(in crate::cli) fn ir(args: &IrArgs, console: &mut Console<'_>) -> Result<(),
     let (network, lints, reading) = (args.network.network(), args.lints.lints(), args.read.reading());
     let request = Request {
         note_derivs: false,
+        opens: false,
         file: args.file.as_deref(),
         network: &network,
         params: &args.params,
