@@ -24,11 +24,39 @@ impl Block {
     }
 }
 
-/// Sums up the samples of a pixel.
-pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
-    let mut sum = 0.0;
-    add(&mut sum, words, kind, signs);
-    Block { weight: weight(words.len(), signs), sum }
+/// What `of` makes of the sums of each pixel with `each` samples. `signs` has the weights of all samples, or
+/// none if all are 1.
+pub(super) fn blocks<T>(
+    (words, kind): (&[u32], Kind),
+    each: usize,
+    signs: &[f32],
+    of: impl Fn(Block) -> T,
+) -> Vec<T> {
+    if signs.is_empty() && kind != Kind::Int {
+        // Of a known number, without a question for each sample.
+        match each {
+            2 => return few::<2, T>(words, of),
+            4 => return few::<4, T>(words, of),
+            8 => return few::<8, T>(words, of),
+            16 => return few::<16, T>(words, of),
+            _ => {}
+        }
+    }
+    let one = |(own, at): (&[u32], usize)| {
+        let (signs, mut sum) = (signs.get(at..at + each).unwrap_or(&[]), 0.0);
+        add(&mut sum, own, kind, signs);
+        of(Block { weight: weight(own.len(), signs), sum })
+    };
+    words.chunks_exact(each).zip((0..).step_by(each)).map(one).collect()
+}
+
+/// The same for `EACH` floats of each pixel, all with the weight 1.
+fn few<const EACH: usize, T>(words: &[u32], of: impl Fn(Block) -> T) -> Vec<T> {
+    let one = |own: &[u32; EACH]| {
+        let sum = own.iter().fold(0.0, |sum, word| sum + f64::from(f32::from_bits(*word)));
+        of(Block { weight: EACH as f64, sum })
+    };
+    words.as_chunks::<EACH>().0.iter().map(one).collect()
 }
 
 /// The sum of the weights of some samples. `signs` has the weight of each, or none if all are 1.

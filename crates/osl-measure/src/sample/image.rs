@@ -1,6 +1,6 @@
 //! The inputs of an image, runs of the program at some of its pixels, and what an image consists of.
 
-use super::error::{Block, Shown, block};
+use super::error::{Block, Shown, blocks};
 use super::filter::Filter;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
@@ -203,9 +203,9 @@ impl<'a> Shading<'a> {
         if !self.is_signed() {
             return self.samples(pixels, 0..1, said);
         }
-        let batch = self.batch(pixels, 0..1)?;
-        said.add(batch.said, &self.options.limits.running);
-        Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
+        let (means, more) = self.means(pixels, 0..1)?;
+        said.add(more, &self.options.limits.running);
+        Ok(means)
     }
 
     /// Samples of a few pixels: for each plane the values, all samples of a pixel in sequence.
@@ -232,26 +232,36 @@ impl<'a> Shading<'a> {
 
     /// Samples pixels and sums up each.
     pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>) -> Result<Batch, RunError> {
+        let (blocks, said) = self.summed(pixels, samples, |block| block)?;
+        Ok(Batch { blocks, said })
+    }
+
+    /// The means of pixels, plane by plane, and the messages and the like.
+    fn means(&self, pixels: &[u32], samples: Range<u32>) -> Result<(Vec<Vec<f32>>, Frame), RunError> {
+        self.summed(pixels, samples, |block| block.mean())
+    }
+
+    /// What `of` makes of the sums of each pixel, plane by plane, and the messages and the like.
+    fn summed<T: Send>(
+        &self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        of: impl Fn(Block) -> T + Sync,
+    ) -> Result<(Vec<Vec<T>>, Frame), RunError> {
         let each = samples.len().max(1);
-        let blocks = self.planes().iter().map(|_| Vec::with_capacity(pixels.len())).collect();
-        let mut batch = Batch { blocks, said: Frame::default() };
+        let mut all: Vec<Vec<T>> = self.planes().iter().map(|_| Vec::with_capacity(pixels.len())).collect();
+        let mut all_said = Frame::default();
         let piece = |shading: &Shading<'_>, pixels: &[u32]| {
             let mut said = Frame::default();
             let (planes, signs) = shading.sampled(pixels, samples.clone(), &mut said)?;
-            let sum = |plane: &Plane| -> Vec<Block> {
-                let words = plane.words.chunks_exact(each).zip((0..).step_by(each));
-                let one = |(words, at): (&[u32], usize)| {
-                    block(words, plane.kind, signs.get(at..at + each).unwrap_or(&[]))
-                };
-                words.map(one).collect()
-            };
-            Ok((planes.iter().map(sum).collect::<Vec<_>>(), said))
+            let sums = |plane: &Plane| blocks((&plane.words, plane.kind), each, &signs, &of);
+            Ok((planes.iter().map(sums).collect::<Vec<_>>(), said))
         };
         self.side_by_side((pixels, self.pixels_of(pixels.len(), each)), piece, |_, (found, said)| {
-            batch.said.add(said, &self.options.limits.running);
-            batch.blocks.iter_mut().zip(found).for_each(|(blocks, found)| blocks.extend(found));
+            all_said.add(said, &self.options.limits.running);
+            all.iter_mut().zip(found).for_each(|(all, found)| all.extend(found));
         })?;
-        Ok(batch)
+        Ok((all, all_said))
     }
 
     /// Takes a round of samples of those of some pixels that `slots` chooses; `take` gets slots and what the
@@ -383,9 +393,9 @@ impl<'a> Shading<'a> {
         let values: Vec<Vec<f32>> = if samples == 1 {
             self.centres(&pixels, &mut image.frame)?
         } else {
-            let batch = self.batch(&pixels, 0..samples)?;
-            image.frame = batch.said;
-            batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
+            let (means, said) = self.means(&pixels, 0..samples)?;
+            image.frame = said;
+            means
         };
         image.tally.pixels = pixels.len() as u64;
         image.tally.evaluations = pixels.len() as u64 * u64::from(samples);
@@ -400,8 +410,7 @@ impl<'a> Shading<'a> {
     /// # Errors
     /// A loop exceeds its budget.
     pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
-        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()))?;
-        Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
+        Ok(self.means(pixels, 0..samples.clamp(1, self.pattern.count()))?.0)
     }
 
     /// The values at the centres of pixels, which are numbered row by row: those of an image with one sample.
