@@ -3,6 +3,7 @@
 //! Pixels count from the left and from the top; the centre of the first is (0.5, 0.5). This module must not
 //! know what the rays hit.
 
+use crate::camera_facts::CameraFacts;
 use crate::grid::set_projections;
 use crate::math;
 use glam::{DMat3, DVec2, DVec3, Mat4, Vec3};
@@ -58,6 +59,7 @@ pub struct View {
     right: DVec3,
     up: DVec3,
     forward: DVec3,
+    fov_degrees: f32,
     /// Tangent of half the horizontal angle.
     half_width: f64,
     /// The distance of what it looks at.
@@ -91,7 +93,7 @@ impl Camera {
             .ok_or(CameraError::Direction)?;
         let half_width = math::tan((f64::from(fov_degrees) * 0.5).to_radians());
         let up = right.cross(forward);
-        Ok(View { position, right, up, forward, half_width, sight: ahead.length(), resolution })
+        Ok(View { position, right, up, forward, fov_degrees, half_width, sight: ahead.length(), resolution })
     }
 }
 
@@ -109,6 +111,16 @@ impl View {
     /// The distance of what it looks at.
     pub fn sight(&self) -> f32 {
         self.sight as f32
+    }
+
+    /// The directions of the image to the right, upwards and ahead, each of length 1.
+    pub fn axes(&self) -> [DVec3; 3] {
+        [self.right, self.up, self.forward]
+    }
+
+    /// What shaders can ask about it, with the nearest and the farthest distance.
+    pub fn facts(&self, clip: [f32; 2]) -> CameraFacts {
+        CameraFacts { resolution: self.resolution, fov_degrees: self.fov_degrees, clip }
     }
 
     /// Side of a pixel on a plane at distance 1.

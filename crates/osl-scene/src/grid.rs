@@ -1,5 +1,6 @@
 //! A grid of points on the unit patch, on which reference results are recorded.
 
+use crate::camera_facts::CameraFacts;
 use glam::{Mat4, Vec3, Vec4};
 use osl_exec::{Blocks, Datum, PointSource, Spaces, left_handed};
 use osl_ir::global::Global;
@@ -100,14 +101,16 @@ impl Grid {
         }
     }
 
-    /// A texture coordinate of a point of a part.
+    /// A texture coordinate of a point of a part, or a fact about the camera.
     pub(crate) fn attribute_in(
         &self,
         part: GridArea,
         (object, name, element): (&str, &str, Option<usize>),
         point: usize,
     ) -> Option<Datum> {
-        let axis = Grid::texture_axis(object, name, element)?;
+        let Some(axis) = Grid::texture_axis(object, name, element) else {
+            return CameraFacts::of_patch([self.width, self.height]).attribute(name);
+        };
         let (column, row) = Blocks::new(part.size[0], part.size[1]).pixel(point);
         let at = part.first[axis] + [column, row][axis];
         Some(self.texture_coordinate(axis, self.coordinate(axis, at, [self.width, self.height][axis])))

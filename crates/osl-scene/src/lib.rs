@@ -10,6 +10,7 @@
 
 pub mod bsdf;
 pub mod camera;
+mod camera_facts;
 mod crop;
 mod data;
 pub mod displace;
@@ -31,6 +32,7 @@ pub mod view;
 // Types of this crate are part of the interface.
 pub use glam;
 
+pub use camera_facts::CameraFacts;
 pub use crop::Crop;
 pub use data::{Data, WithData};
 pub use grid::{Grid, reference_spaces, set_screen_spaces};

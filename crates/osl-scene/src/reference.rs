@@ -1,6 +1,7 @@
 //! The renderer of the reference's grid tool: a grid with its own spaces, data and attributes, used for
 //! recorded values. OSL language specification, "testshade"; its answers were measured.
 
+use crate::camera_facts::CameraFacts;
 use crate::grid::{Grid, reference_spaces};
 use osl_exec::{Answer, Blocks, Datum, PointSource, Spaces};
 use osl_ir::global::Global;
@@ -167,26 +168,9 @@ impl PointSource for ReferenceRenderer {
 impl ReferenceRenderer {
     /// Attributes of the camera and of the renderer.
     fn camera(&self, name: &str) -> Option<Datum> {
-        let float = |x: f32| Some(Datum::one(Const::Float(x)));
-        let aspect = self.grid.width as f32 / self.grid.height as f32;
-        let floats = |list: &[f32]| Some(Datum::array(list.iter().map(|x| Const::Float(*x)).collect()));
-        match name {
-            "osl:version" => Some(Datum::one(Const::Int(self.version))),
-            "camera:resolution" => {
-                let side = |n: usize| Const::Int(n as i32);
-                Some(Datum::array(vec![side(self.grid.width), side(self.grid.height)]))
-            }
-            "camera:projection" => Some(Datum::one(Const::Str("perspective".into()))),
-            "camera:fov" => float(90.0),
-            "camera:pixelaspect" => float(1.0),
-            "camera:clip" => floats(&[0.1, 1000.0]),
-            "camera:clip_near" => float(0.1),
-            "camera:clip_far" => float(1000.0),
-            "camera:shutter" => floats(&[0.0, 1.0]),
-            "camera:shutter_open" => float(0.0),
-            "camera:shutter_close" => float(1.0),
-            "camera:screen_window" => floats(&[-aspect, -1.0, aspect, 1.0]),
-            _ => None,
+        if name == "osl:version" {
+            return Some(Datum::one(Const::Int(self.version)));
         }
+        CameraFacts::of_patch([self.grid.width, self.grid.height]).attribute(name)
     }
 }

@@ -1,6 +1,7 @@
 //! Points on surfaces, from ray hits or vertices, for the batch interpreter.
 
 use crate::camera::Ray;
+use crate::camera_facts::CameraFacts;
 use crate::mesh::SurfacePoint;
 use glam::{Vec2, Vec3};
 use osl_exec::{Datum, PointSource, left_handed};
@@ -67,6 +68,8 @@ pub struct SurfacePoints {
     areas: Vec<f32>,
     /// Whether shaders see them as in testrender.
     testrender: bool,
+    /// What shaders can ask about the camera.
+    camera: Option<CameraFacts>,
 }
 
 impl SurfacePoints {
@@ -84,7 +87,14 @@ impl SurfacePoints {
             footprints: Vec::with_capacity(count),
             areas: Vec::with_capacity(count),
             testrender: false,
+            camera: None,
         }
+    }
+
+    /// The same list for a camera about which shaders can ask.
+    #[must_use]
+    pub fn seen_by(self, camera: CameraFacts) -> SurfacePoints {
+        SurfacePoints { camera: Some(camera), ..self }
     }
 
     /// Adds a point, the direction of the ray that hit it, its footprint, and the area of its surface.
@@ -220,7 +230,9 @@ impl PointSource for SurfacePoints {
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
-        let global = self.attribute_global(object, name, element)?;
+        let Some(global) = self.attribute_global(object, name, element) else {
+            return self.camera?.attribute(name);
+        };
         let derivs = Axis::BOTH.map(|axis| self.change(global, axis, point)[0]);
         Some(Datum { derivs, ..Datum::one(Const::Float(self.value(global, point)[0])) })
     }

@@ -41,7 +41,7 @@ pub fn look(view: &View, surface: &dyn Surface) -> Seen {
             found
         })
         .collect();
-    gathered(tiles, surface.area())
+    gathered(view, tiles, surface)
 }
 
 /// Traces a ray through each of some places of the image, in pixels from its upper left corner. `pixels` of
@@ -60,17 +60,28 @@ pub fn look_at(view: &View, surface: &dyn Surface, places: &[[f32; 2]]) -> Seen 
             places.iter().enumerate().filter_map(hit).collect()
         })
         .collect();
-    gathered(found, surface.area())
+    gathered(view, found, surface)
 }
 
-fn gathered(tiles: Vec<Vec<(u32, SurfacePoint, Vec3, Footprint)>>, area: f32) -> Seen {
+fn gathered(
+    view: &View,
+    tiles: Vec<Vec<(u32, SurfacePoint, Vec3, Footprint)>>,
+    surface: &dyn Surface,
+) -> Seen {
     let hits = tiles.iter().map(Vec::len).sum();
-    let mut seen = Seen { points: SurfacePoints::with_capacity(hits), pixels: Vec::with_capacity(hits) };
+    let (area, camera) = (surface.area(), view.facts(clip(surface.reach())));
+    let points = SurfacePoints::with_capacity(hits).seen_by(camera);
+    let mut seen = Seen { points, pixels: Vec::with_capacity(hits) };
     for (pixel, point, direction, footprint) in tiles.into_iter().flatten() {
         seen.points.push(point, direction, footprint, area);
         seen.pixels.push(pixel);
     }
     seen
+}
+
+/// The nearest and the farthest distance of a view of a surface with this reach.
+pub fn clip(reach: f32) -> [f32; 2] {
+    [reach * 0.01, reach * 100.0]
 }
 
 /// Field of view of the camera for a single surface.

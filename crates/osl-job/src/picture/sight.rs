@@ -24,7 +24,7 @@ use osl_scene::render;
 use osl_scene::shape::{Placed, Shape, Solid, Surface};
 use osl_scene::subdivide::{Detail, Scheme, tessellate_within};
 use osl_scene::surface_points::SurfacePoints;
-use osl_scene::view::{Seen, camera_for, look};
+use osl_scene::view::{Seen, camera_for, clip, look};
 use osl_scene::{Data, WithData};
 use osl_syntax::spelling::closest;
 use std::path::Path;
@@ -202,7 +202,8 @@ impl<'a> Job<'a> {
     /// The services for a surface of this reach.
     pub fn services(&self, view: &View, reach: f32) -> Services {
         let mut spaces = Spaces::default();
-        view.set_spaces(&mut spaces, reach * 0.01, reach * 100.0);
+        let [near, far] = clip(reach);
+        view.set_spaces(&mut spaces, near, far);
         for space in ["object", "shader"] {
             spaces.set(space, self.to_common.to_cols_array());
         }
