@@ -15,6 +15,7 @@ mod crop;
 mod data;
 pub mod displace;
 mod grid;
+pub mod lens;
 pub mod light;
 mod math;
 pub mod mesh;

@@ -4,6 +4,8 @@
 //! the outputs of other shaders, the material `preview_material` makes a closure. The picture comes from the
 //! path tracer of scenes.
 
+use super::camera::CameraShader;
+use super::layer::{followed, own};
 use super::roles::{Asked, Roles};
 use super::sight::Job;
 use super::{Done, setup};
@@ -11,26 +13,22 @@ use crate::Failure;
 use crate::event::{Meters, Sink};
 use crate::file::light::Stored;
 use crate::report::messages::Report;
+use crate::report::rays;
 use crate::request::bounds::displayed;
 use crate::request::values::STDOUT;
 use crate::request::{Image, Light};
 use crate::source::load::LoadedShader;
-use crate::source::nodes;
-use osl::stages::{self, NoFiles};
+use osl::stages;
 use osl_exec::{PointSource, Program, Services};
-use osl_hir::hir;
 use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_lower::Requests;
-use osl_lower::group::{Group, Layer};
-use osl_lower::params::{self, ParamValues};
 use osl_scene::glam::{Vec2, Vec3};
 use osl_scene::render::{self, Ground, Material, Object, Picture, RenderOptions, World};
 use osl_scene::shape::Surface;
 use osl_scene::stage::Stage;
 use osl_scene::surface_points::SurfacePoints;
 use osl_syntax::source::SourceMap;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Maximum length in pixels of an edge of a displaced surface.
@@ -56,13 +54,23 @@ pub(super) fn run(
     started: Instant,
     sink: &mut dyn Sink,
 ) -> Result<Done, Failure> {
-    let roles = roles(image, light, &loaded)?;
-    let body = if roles.closure { loaded.body.clone() } else { material(&mut loaded, &roles, image)? };
+    let camera = CameraShader::recognised(image, light, &mut loaded, sink)?;
+    let roles = if camera.is_some() { Roles::default() } else { roles(image, light, &loaded)? };
+    let body = match (&camera, roles.closure) {
+        (Some(_), _) => alone("preview_material", Vec::new())?,
+        (None, true) => loaded.body.clone(),
+        (None, false) => material(&mut loaded, &roles, image)?,
+    };
     let job = Job::new(image, &loaded, roles.displace.clone(), sink.meters())?.with_edges(EDGE);
-    let mut staged = Staged { image, job };
+    let mut staged = Staged { image, job, camera };
     let threads = image.running.threads;
     let world = setup::on_threads(threads, || staged.world(&body))??;
     let prepared = started.elapsed();
+    let drawing = match (&light.rays, &world.lens) {
+        (Some(path), Some(lens)) => Some(rays::file(&world.view, lens, &loaded.name, path)?),
+        (Some(_), None) => return Err(Failure::new(CameraShader::missing(&loaded.name))),
+        (None, _) => None,
+    };
     let meters = sink.meters();
     let picture = setup::on_threads(threads, || picture(image, light, &world, &loaded.sources, &meters))??;
     let rendered = started.elapsed() - prepared;
@@ -80,16 +88,12 @@ pub(super) fn run(
     let mut messages = report.send(&staged.job.displaced, sink);
     let hits = Report { points: (0, "hits"), width: Some(image.points.grid.0), ..report };
     messages.add(hits.send(&picture.messages, sink));
+    messages.add(Report { points: (picture.samples, "rays"), ..hits }.send(&picture.camera, sink));
     note_unknown(&picture.unknown, sink);
     messages.judge(image.shader.lints.denies_errors())?;
-    sink.note(&format!("the preview shows {}", roles.words()));
-    if picture.clamped > 0 {
-        let share = 100.0 * picture.clamped as f64 / picture.samples.max(1) as f64;
-        let share = if share < 0.1 { "less than 0.1 %".to_string() } else { format!("{share:.1} %") };
-        sink.note(&format!(
-            "{share} of the paths carried so much reflected light that it was reduced to {CLAMP}; --raw keeps it"
-        ));
-    }
+    let shown = if staged.camera.is_some() { "what the camera sees".into() } else { roles.words() };
+    sink.note(&format!("the preview shows {shown}"));
+    note_clamped(&picture, sink);
     let stored = Stored {
         curve: light.view.unwrap_or_default(),
         exposure: image.output.display.stops(),
@@ -106,15 +110,30 @@ pub(super) fn run(
     if let Some(path) = &image.output.path {
         sink.settle()?;
         let named = image.output.display.named(path)?;
+        let mut files = Vec::new();
         if path.as_os_str() == STDOUT {
             done.piped = stored.file(&picture, &named, None)?.into_bytes();
         } else {
-            stored.file(&picture, &named, Some(path))?.save().map_err(Failure::new)?;
-            done.files = vec![path.clone()];
+            files.push(stored.file(&picture, &named, Some(path))?);
+            done.files.push(path.clone());
         }
+        files.extend(drawing);
+        done.files.extend(light.rays.clone());
+        osl_files::save_all(files).map_err(Failure::new)?;
     }
     (done.sources, done.name) = (loaded.sources.clone(), loaded.name.clone());
     Ok(done)
+}
+
+/// Sends a note if light was reduced to the maximum.
+fn note_clamped(picture: &Picture, sink: &mut dyn Sink) {
+    if picture.clamped > 0 {
+        let share = 100.0 * picture.clamped as f64 / picture.samples.max(1) as f64;
+        let share = if share < 0.1 { "less than 0.1 %".to_string() } else { format!("{share:.1} %") };
+        sink.note(&format!(
+            "{share} of the paths carried so much reflected light that it was reduced to {CLAMP}; --raw keeps it"
+        ));
+    }
 }
 
 /// Sends a note for each closure that the renderer does not know.
@@ -161,55 +180,17 @@ fn roles(image: &Image, light: &Light, loaded: &LoadedShader) -> Result<Roles, F
     Roles::of(&loaded.program, &loaded.body, asked)
 }
 
-/// A shader of previews, with its source.
-fn own(name: &str) -> Result<(Arc<hir::Program>, SourceMap), Failure> {
-    let text = nodes::preview(name).unwrap_or_default();
-    let file = format!("{name}.osl (built in)");
-    let checked = stages::check(&file, text, &NoFiles, &osl_syntax::Options::default());
-    let program = checked.program.ok_or_else(|| Failure::new(format!("{file} cannot be read")))?;
-    Ok((Arc::new(program), checked.sources))
-}
-
 /// The body of the shader, followed by a material that its outputs feed.
 fn material(loaded: &mut LoadedShader, roles: &Roles, image: &Image) -> Result<Body, Failure> {
-    let limits = image.limits();
-    let mut group = loaded.group(limits);
-    let last = group.layers().last().map(|layer| layer.name.to_string());
-    let Some(last) = last else {
-        return Err(Failure::new("the limit reading.layers leaves no room for the shader"));
-    };
-    let (program, sources) = own("preview_material")?;
-    let base =
-        loaded.sources.append(&sources).ok_or_else(|| Failure::new("the sources have more than 4 GiB"))?;
-    let mut values = ParamValues::default();
-    if let Some(bump) = &roles.bump {
-        params::set(&program, &mut values, "height_scale", &bump.gain.to_string()).map_err(Failure::new)?;
-    }
-    // The user's layers may have any name.
-    let name =
-        (0..).map(|n| format!("preview_{n}")).find(|name| group.find(name).is_none()).unwrap_or_default();
-    let layer = Layer { name: name.as_str().into(), program, values, base };
-    group.add(layer).map_err(|_| Failure::new("the limit reading.layers leaves no room for the preview"))?;
+    let values = roles.bump.as_ref().map(|bump| ("height_scale", bump.gain.to_string()));
     let links = [
         (roles.base.as_deref(), "base"),
         (roles.bump.as_ref().map(|bump| bump.name.as_str()), "height"),
         (roles.normal.as_deref(), "shading_normal"),
         (roles.roughness.as_deref(), "roughness"),
     ];
-    for (from, to) in links {
-        if let Some(from) = from {
-            group.connect((&last, from), (&name, to)).map_err(Failure::new)?;
-        }
-    }
-    lowered(&group, image)
-}
-
-fn lowered(group: &Group, image: &Image) -> Result<Body, Failure> {
-    let requests = Requests { limits: image.limits().clone(), ..Requests::default() };
-    osl_lower::lower_group_for(group, &requests).map_err(|list| {
-        let why = list.first().map_or_else(String::new, |d| d.message.clone());
-        Failure::new(format!("the shader cannot be compiled together with the preview's material: {why}"))
-    })
+    let links: Vec<_> = links.into_iter().filter_map(|(from, to)| Some((from?, to))).collect();
+    followed(loaded, "preview_material", values.as_slice(), &links, image)
 }
 
 /// The program that computes the closure of a body.
@@ -227,10 +208,18 @@ fn program(body: &Body, image: &Image) -> Program {
     stages::finish(body.clone(), &options).program
 }
 
+/// The body of a built-in shader.
+fn alone(name: &str, values: Vec<(String, String)>) -> Result<Body, Failure> {
+    let (program, _) = own(name)?;
+    let body = stages::lower_for(&program, &values, &Requests::default());
+    body.map_err(|_| Failure::new(format!("{name} cannot be compiled")))
+}
+
 /// The surface on its stage.
 struct Staged<'a> {
     image: &'a Image,
     job: Job<'a>,
+    camera: Option<CameraShader>,
 }
 
 impl Staged<'_> {
@@ -264,6 +253,7 @@ impl Staged<'_> {
         let ground = Ground { point: stage.floor(), normal: Vec3::Y, material: 1 };
         Ok(World {
             view,
+            lens: self.camera.as_ref().map(|camera| camera.lens(self.image, &view)),
             objects: vec![Object { body: surface, material: 0 }],
             grounds: vec![ground],
             materials: vec![material, self.floor(stage.reach)?],
@@ -278,11 +268,8 @@ impl Staged<'_> {
 
     /// The material of the floor.
     fn floor(&self, reach: f32) -> Result<Material, Failure> {
-        let (program, _) = own("preview_floor")?;
         let scale = SQUARES / reach.max(f32::MIN_POSITIVE);
-        let value = vec![("scale".to_string(), scale.to_string())];
-        let body = stages::lower_for(&program, &value, &Requests::default());
-        let body = body.map_err(|_| Failure::new("the floor of the preview cannot be compiled"))?;
+        let body = alone("preview_floor", vec![("scale".to_string(), scale.to_string())])?;
         let services = Services { ray: self.image.provided.ray.clone(), ..Services::default() };
         let [first, second] = [(); 2].map(|()| self::program(&body, self.image));
         Ok(Material { program: first, lean: second, services, color: None, stretch: None })

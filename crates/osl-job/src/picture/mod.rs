@@ -4,7 +4,9 @@
 //! `lit` renders a surface with light. `setup` makes what all of them need; `sampling` and `within`
 //! make pictures with several samples for each pixel.
 
+pub mod camera;
 mod grid;
+mod layer;
 mod lit;
 mod roles;
 pub mod sampling;

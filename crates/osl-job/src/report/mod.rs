@@ -5,5 +5,6 @@ pub mod histogram;
 pub mod messages;
 pub mod profile;
 pub mod ranges;
+pub mod rays;
 pub mod samples;
 pub mod stats;

@@ -291,6 +291,8 @@ pub struct Light {
     pub normal: Option<String>,
     /// Output for the roughness of highlights.
     pub roughness: Option<String>,
+    /// File of a drawing of the camera's rays, for a camera shader.
+    pub rays: Option<PathBuf>,
     /// Whether noise is left in, and the light of single paths is not limited.
     pub raw: bool,
     /// The curve from light to colors.

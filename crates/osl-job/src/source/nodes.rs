@@ -23,7 +23,8 @@ const PATTERNS: [(&str, &str); 2] = [
 ];
 
 /// The shaders of previews, which no scene or group finds by name.
-const PREVIEWS: [(&str, &str); 2] = [
+const PREVIEWS: [(&str, &str); 3] = [
+    ("camera_ray", include_str!("preview/camera_ray.osl")),
     ("preview_floor", include_str!("preview/preview_floor.osl")),
     ("preview_material", include_str!("preview/preview_material.osl")),
 ];

@@ -74,6 +74,8 @@ pub struct Picture {
     pub layers: Vec<Layer>,
     /// Messages of shaders, each once.
     pub messages: Vec<Said>,
+    /// Messages of the shader of the camera.
+    pub camera: Vec<Said>,
     /// Closures of shaders that are not rendered.
     pub unknown: Vec<Arc<str>>,
     /// Number of paths.
@@ -154,7 +156,7 @@ pub fn render(
             error[place(pixel)] = tile.error(pixel);
             picture.samples += u64::from(tile.count(pixel));
         }
-        for said in &mut tile.notes.messages {
+        for said in tile.notes.messages.iter_mut().chain(&mut tile.notes.camera) {
             said.first = place(said.first);
         }
         notes.add(std::mem::take(&mut tile.notes), &world.limits);
@@ -171,6 +173,7 @@ pub fn render(
     picture.rays = notes.rays;
     picture.clamped = notes.clamped;
     picture.messages = notes.messages;
+    picture.camera = notes.camera;
     picture.unknown = notes.unknown;
     Ok(picture)
 }

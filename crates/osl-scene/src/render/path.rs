@@ -8,6 +8,7 @@ use super::walk::{self, Medium};
 use super::world::{Hit, World, leave};
 use crate::bsdf::{Next, Sample as Chosen, Scatter, Way};
 use crate::camera::Ray;
+use crate::lens::{self, Aim, LensRay};
 use crate::light::Arriving;
 use crate::mesh::SurfacePoint;
 use crate::mis;
@@ -42,6 +43,8 @@ pub(super) struct Notes {
     pub(super) rays: u64,
     /// Messages of shaders.
     pub(super) messages: Vec<Said>,
+    /// Messages of the camera.
+    pub(super) camera: Vec<Said>,
     /// Names of unknown closures.
     pub(super) unknown: Vec<Arc<str>>,
     /// Contributions of light that were reduced to the maximum.
@@ -54,6 +57,7 @@ impl Notes {
         self.rays += more.rays;
         self.clamped += more.clamped;
         unite(&mut self.messages, more.messages, &limits.running);
+        unite(&mut self.camera, more.camera, &limits.running);
         for name in more.unknown {
             if !self.unknown.contains(&name) {
                 self.unknown.push(name);
@@ -76,6 +80,8 @@ struct Path {
     pdf: f32,
     /// The camera ray with its derivatives, until a surface changes its direction.
     lens: Option<Ray>,
+    /// How far it sees surfaces.
+    reach: f32,
     /// Width of the ray, and its growth per unit of length.
     width: f32,
     spread: f32,
@@ -86,6 +92,29 @@ struct Path {
     recorded: bool,
     /// Whether the path only looks for lights because it has reached the maximum number of surfaces.
     last: bool,
+}
+
+impl Path {
+    fn new(slot: usize, sample: &Sample, LensRay { ray, throughput, range: [near, far] }: LensRay) -> Path {
+        Path {
+            slot,
+            pixel: sample.pixel,
+            sampler: sample.sampler,
+            origin: if near > 0.0 { ray.origin + ray.direction * near } else { ray.origin },
+            direction: ray.direction,
+            throughput,
+            pdf: f32::INFINITY,
+            lens: Some(ray),
+            reach: far - near,
+            width: ray.origin_derivs[0].length(),
+            spread: ray.direction_derivs[0].length(),
+            diffuse: 0,
+            glossy: 0,
+            vertex: 0,
+            recorded: false,
+            last: false,
+        }
+    }
 }
 
 /// Traces the paths through the pixels of a tile.
@@ -109,12 +138,12 @@ impl Tracer<'_> {
     /// Returns the light of each sample.
     pub(super) fn trace(&mut self, samples: &[Sample]) -> Result<Vec<Vec3>, RunError> {
         let mut light = vec![Vec3::ZERO; samples.len()];
-        let mut paths: Vec<Path> = samples.iter().enumerate().map(|(slot, s)| self.start(slot, s)).collect();
+        let mut paths = self.starts(samples)?;
         while !paths.is_empty() {
             let mut met: Vec<PathHit> = Vec::new();
             for (index, path) in paths.iter().enumerate() {
                 self.world.goes_on()?;
-                let hit = self.world.hit(path.origin, path.direction);
+                let hit = self.world.hit(path.origin, path.direction, path.reach);
                 self.notes.rays += 1;
                 let gathered = self.gathered(path, hit.as_ref());
                 // At the first reflection, this is direct light.
@@ -188,27 +217,20 @@ impl Tracer<'_> {
         self.notes.add(notes, &self.world.limits);
     }
 
-    fn start(&self, slot: usize, sample: &Sample) -> Path {
-        let [x, y, ..] = sample.sampler.four(0);
-        let ray = self.world.view.ray(sample.corner[0] + x, sample.corner[1] + y);
-        let spread = ray.direction_derivs[0].length();
-        Path {
-            slot,
-            pixel: sample.pixel,
-            sampler: sample.sampler,
-            origin: ray.origin,
-            direction: ray.direction,
-            throughput: Vec3::ONE,
-            pdf: f32::INFINITY,
-            lens: Some(ray),
-            width: 0.0,
-            spread,
-            diffuse: 0,
-            glossy: 0,
-            vertex: 0,
-            recorded: false,
-            last: false,
+    /// The paths of the samples that have a ray.
+    fn starts(&mut self, samples: &[Sample]) -> Result<Vec<Path>, RunError> {
+        let aim = |sample: &Sample| {
+            let [x, y, a, b] = sample.sampler.four(0);
+            Aim { place: [sample.corner[0] + x, sample.corner[1] + y], sample: [a, b] }
+        };
+        let aims: Vec<Aim> = samples.iter().map(aim).collect();
+        let mut rays = lens::rays(&self.world.view, self.world.lens.as_ref(), &aims)?;
+        for said in &mut rays.messages {
+            said.first = samples.get(said.first).map_or(0, |sample| sample.pixel);
         }
+        self.notes.add(Notes { camera: rays.messages, ..Notes::default() }, &self.world.limits);
+        let starts = samples.iter().zip(rays.rays).enumerate();
+        Ok(starts.filter_map(|(slot, (sample, ray))| Some(Path::new(slot, sample, ray?))).collect())
     }
 
     /// Light of the sky and of lamps along a path.
@@ -335,6 +357,7 @@ impl Tracer<'_> {
             }
             throughput /= stay;
         }
+        let straight = way == Way::Straight;
         let mut next = Path {
             origin: leave(met.hit.point.p, met.hit.point.ng, chosen.wi),
             direction: chosen.wi,
@@ -342,7 +365,8 @@ impl Tracer<'_> {
             pdf: chosen.pdf,
             width: path.width + path.spread * met.hit.t,
             vertex,
-            lens: if way == Way::Straight { path.lens } else { None },
+            lens: path.lens.filter(|_| straight),
+            reach: if straight { path.reach - met.hit.t } else { f32::INFINITY },
             ..*path
         };
         match way {

@@ -1,6 +1,7 @@
 //! The scene in the form that rays traverse.
 
 use crate::camera::View;
+use crate::lens::Lens;
 use crate::light::{Sky, SphereLight};
 use crate::mesh::{Bounds, SurfacePoint};
 use crate::shape::{Placed, Solid, Surface};
@@ -111,6 +112,8 @@ pub struct Material {
 pub struct World {
     /// The camera.
     pub view: View,
+    /// The shader that makes the camera's rays, if there is one.
+    pub lens: Option<Lens>,
     /// Objects.
     pub objects: Vec<Object>,
     /// Planes.
@@ -157,17 +160,18 @@ impl World {
         self.limits.halted().map_or(Ok(()), |why| Err(RunError::Halted(why)))
     }
 
-    /// The nearest surface along a ray.
-    pub(super) fn hit(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
+    /// The nearest surface along a ray, within reach.
+    pub(super) fn hit(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<Hit> {
         let mut best: Option<Hit> = None;
+        let far = reach.min(FAR);
         for (index, object) in self.objects.iter().enumerate() {
-            let reach = best.map_or(FAR, |hit| hit.t);
+            let reach = best.map_or(far, |hit| hit.t);
             if let Some((t, point)) = object.body.nearest(origin, direction, reach) {
                 best = Some(Hit { t, point, material: object.material, object: Some(index) });
             }
         }
         for ground in &self.grounds {
-            let reach = best.map_or(FAR, |hit| hit.t);
+            let reach = best.map_or(far, |hit| hit.t);
             if let Some(t) = ground.hit(origin, direction, reach) {
                 let point = ground.at(origin + direction * t);
                 best = Some(Hit { t, point, material: ground.material, object: None });

@@ -58,6 +58,7 @@ pub fn build(
     };
     let mut world = World {
         view,
+        lens: None,
         objects: Vec::new(),
         grounds: Vec::new(),
         materials: Vec::new(),

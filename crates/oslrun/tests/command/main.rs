@@ -21,6 +21,8 @@ mod bad_input;
 mod bake;
 mod book;
 mod bounds;
+mod camera_rays;
+mod cameras;
 mod check;
 mod closure_layers;
 mod closures;

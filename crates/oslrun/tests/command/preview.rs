@@ -148,7 +148,8 @@ fn mistakes_are_named() {
 #[test]
 fn the_commands_of_the_gallery_work() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let page = std::fs::read_to_string(root.join("docs/gallery.md")).unwrap();
+    let page = |name: &str| std::fs::read_to_string(root.join("docs").join(name)).unwrap();
+    let page = page("gallery.md") + &page("cameras.md");
     let root = root.display().to_string();
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("a.png").display().to_string();
@@ -173,5 +174,5 @@ fn the_commands_of_the_gallery_work() {
         count += 1;
     }
     let nodes = std::fs::read_dir(format!("{root}/osl/nodes")).unwrap().count();
-    assert!(count >= 6 + nodes, "{count} pictures of 6 shaders and {nodes} nodes");
+    assert!(count >= 12 + nodes, "{count} pictures of 6 shaders, 6 cameras and {nodes} nodes");
 }

@@ -7,15 +7,21 @@ use crate::cli::options::reading::{FormatArgs, ReadArgs};
 use crate::cli::print::Console;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use osl_files::Unsaved;
+use osl_image::TextureCache;
 use osl_job::file::light::Stored;
+use osl_job::picture::camera::CameraShader;
 use osl_job::picture::setup::{on_threads, stopped};
 use osl_job::picture::{self, render_stats};
 use osl_job::report::messages::{Report, Tally};
+use osl_job::report::rays;
 use osl_job::request::bounds::displayed_error;
 use osl_job::request::values::{Crop, STDOUT, assignment, crop, grid, picture_file, stops};
+use osl_job::source::load;
 use osl_job::source::scene::{self, LoadedScene, Scene};
-use osl_job::{Failure, Sink};
+use osl_job::{Failure, Image, Sink};
 use osl_scene::render::{self, Picture, RenderOptions};
+use osl_syntax::source::SourceMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -44,6 +50,18 @@ pub(in crate::cli) struct RenderArgs {
     /// Value of a parameter of a shader node, in place of the one in the scene; may be repeated: mat.Bands=4.
     #[arg(short, long = "param", value_name = "NODE.NAME=VALUE", value_parser = assignment)]
     params: Vec<(String, String)>,
+    /// Shader of the camera: it computes the rays, at the place of the scene's camera.
+    #[arg(long, value_name = "FILE.osl")]
+    camera: Option<PathBuf>,
+    /// Value of a parameter of the camera's shader; may be repeated: radius=0.1.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, requires = "camera")]
+    camera_param: Vec<(String, String)>,
+    /// JSON file of attributes for the camera's shader: {"cam:focal_distance": 4.5}.
+    #[arg(long, value_name = "FILE", requires = "camera")]
+    attributes: Option<PathBuf>,
+    /// Draw the rays of the camera's shader, from above and from the right, as an SVG image.
+    #[arg(long, value_name = "FILE", requires = "camera")]
+    rays: Option<PathBuf>,
     /// Paths per pixel (default: the number in the scene).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     samples: Option<u32>,
@@ -129,7 +147,8 @@ pub(in crate::cli) fn render(
         size: args.grid,
         read: &reading,
     };
-    let loaded = scene::load(&wanted, console)?;
+    let mut loaded = scene::load(&wanted, console)?;
+    let camera = args.camera.as_deref().map(|file| camera(args, file, &mut loaded, console)).transpose()?;
     let world = &loaded.world;
     let prepared = started.elapsed();
     let [width, height] = world.view.resolution();
@@ -144,7 +163,10 @@ pub(in crate::cli) fn render(
         picture.crop(crop.columns.clone(), crop.rows.clone());
     }
     let rendered = started.elapsed() - prepared;
-    let shading = said(&picture, &loaded, console);
+    let mut shading = said(&picture, &loaded, console);
+    if let Some(camera) = &camera {
+        shading.add(camera.said(&picture, width, console));
+    }
     shading.judge(args.deny.is_some())?;
     let piped = args.output.as_os_str() == STDOUT;
     let named = match (piped, args.format) {
@@ -164,16 +186,62 @@ pub(in crate::cli) fn render(
     if args.stats {
         console.text(&render_stats(&picture, world, [prepared, rendered]));
     }
+    let mut files: Vec<Unsaved> = camera.into_iter().filter_map(|camera| camera.drawing).collect();
+    let mut written: Vec<PathBuf> = args.rays.iter().cloned().collect();
     if piped {
+        osl_files::save_all(files).map_err(Failure::new)?;
         let _ = console.out.write_all(&file.into_bytes());
         let mut told = Vec::new();
-        shading.wrote(&[], &mut told);
+        shading.wrote(&written, &mut told);
         console.again(&told);
         return Ok(());
     }
-    file.save().map_err(Failure::new)?;
-    shading.wrote(std::slice::from_ref(&args.output), console.out);
+    files.insert(0, file);
+    written.insert(0, args.output.clone());
+    osl_files::save_all(files).map_err(Failure::new)?;
+    shading.wrote(&written, console.out);
     Ok(())
+}
+
+/// The files of a camera's shader, and the drawing of its rays.
+struct CameraFiles {
+    sources: SourceMap,
+    textures: TextureCache,
+    drawing: Option<Unsaved>,
+}
+
+impl CameraFiles {
+    /// Prints the messages of the camera.
+    fn said(&self, picture: &Picture, width: usize, sink: &mut dyn Sink) -> Tally {
+        let CameraFiles { sources, textures, .. } = self;
+        let (points, width) = ((picture.samples, "rays"), Some(width));
+        let report = Report { sources, points, width, textures, path_option: "--search-path", texts: &[] };
+        report.send(&picture.camera, sink)
+    }
+}
+
+/// Gives a world the camera of a shader.
+fn camera(
+    args: &RenderArgs,
+    file: &Path,
+    scene: &mut LoadedScene,
+    sink: &mut dyn Sink,
+) -> Result<CameraFiles, Failure> {
+    let mut image = Image::default();
+    image.shader.file = Some(file.to_path_buf());
+    image.shader.params.clone_from(&args.camera_param);
+    image.shader.repair = args.repair;
+    image.shader.allow_files = args.allow_files;
+    image.shader.read = args.read.reading();
+    image.shader.network.shader_path.clone_from(&args.search_path);
+    image.provided.texture_path.clone_from(&args.search_path);
+    image.provided.attributes.clone_from(&args.attributes);
+    let mut loaded = load::load(&load::Request::of(&image), sink)?;
+    let lens = CameraShader::of(&image, &mut loaded, sink)?.lens(&image, &scene.world.view);
+    let drawing = args.rays.as_deref().map(|path| rays::file(&scene.world.view, &lens, &loaded.name, path));
+    let textures = lens.services.textures.clone();
+    scene.world.lens = Some(lens);
+    Ok(CameraFiles { sources: loaded.sources, textures, drawing: drawing.transpose()? })
 }
 
 fn picture(args: &RenderArgs, loaded: &LoadedScene, sink: &dyn Sink) -> Result<Picture, Failure> {

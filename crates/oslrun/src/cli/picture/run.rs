@@ -20,6 +20,7 @@ use osl_job::request::values::{Gained, gained};
 use osl_job::request::{Light, Points, Running, Wanted};
 use osl_job::{Failure, Image};
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 /// A run of a shader.
 #[derive(Clone, Debug, Args)]
@@ -79,7 +80,8 @@ pub(in crate::cli) struct RunArgs {
 struct PreviewArgs {
     /// Show the shader on a sphere with light, or on the surface of --on. A shader that writes Ci is shown as
     /// it is; of others, outputs give the base color, bumps, the normal, the roughness and the displacement.
-    #[arg(long, group = "seen", requires = "output", conflicts_with_all = ["center", "closures", "steps", "profile", "outputs", "filter", "shading_rate", "adaptive", "within", "prefilter", "range", "signed", "userdata", "attributes", "time", "global", "frames", "histogram"], help_heading = heading::PREVIEW)]
+    /// A camera shader, with outputs `position` and `direction`, shows a sphere as this camera sees it.
+    #[arg(long, group = "seen", requires = "output", conflicts_with_all = ["center", "closures", "steps", "profile", "outputs", "filter", "shading_rate", "adaptive", "within", "prefilter", "range", "signed", "userdata", "time", "global", "frames", "histogram"], help_heading = heading::PREVIEW)]
     preview: bool,
     /// Output for the base color (default: the first color).
     #[arg(long, value_name = "OUTPUT", requires = "preview", help_heading = heading::PREVIEW)]
@@ -94,6 +96,9 @@ struct PreviewArgs {
     /// Output for the roughness of highlights, from 0 to 1 (default: a float whose name says so).
     #[arg(long, value_name = "OUTPUT", requires = "preview", help_heading = heading::PREVIEW)]
     roughness: Option<String>,
+    /// Draw the rays of a camera shader, from above and from the right, as an SVG image.
+    #[arg(long, value_name = "FILE", requires = "preview", help_heading = heading::PREVIEW)]
+    rays: Option<PathBuf>,
     /// Leave the noise in, and do not limit the light of single paths.
     #[arg(long, requires = "preview", help_heading = heading::PREVIEW)]
     raw: bool,
@@ -108,6 +113,7 @@ impl PreviewArgs {
             bump: self.bump.clone(),
             normal: self.normal.clone(),
             roughness: self.roughness.clone(),
+            rays: self.rays.clone(),
             raw: self.raw,
             view: self.view.curve(),
         })
