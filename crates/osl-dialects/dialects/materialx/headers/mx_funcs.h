@@ -7,6 +7,24 @@
 #include "vector4.h"
 #include "matrix33.h"
 
+// Functions of the types that the reference's headers lack. PARTS(F) calls F with the name of each part.
+#define MX_COLOR4(F) color4(F(rgb), F(a))
+#define MX_VECTOR2(F) vector2(F(x), F(y))
+#define MX_VECTOR4(F) vector4(F(x), F(y), F(z), F(w))
+#define MX_ROUNDED(PART) round(a.PART)
+#define MX_MIXED(PART) mix(a.PART, b.PART, x.PART)
+#define MX_MODULO_FLOAT(PART) mod(a.PART, b)
+#define MX_MODULO(PART) mod(a.PART, b.PART)
+#define MX_LACKING(T, PARTS)                                             \
+    T round(T a) { return PARTS(MX_ROUNDED); }                           \
+    T mix(T a, T b, T x) { return PARTS(MX_MIXED); }                     \
+    T mod(T a, float b) { return PARTS(MX_MODULO_FLOAT); }
+MX_LACKING(color4, MX_COLOR4)
+MX_LACKING(vector2, MX_VECTOR2)
+MX_LACKING(vector4, MX_VECTOR4)
+color4 mod(color4 a, color4 b) { return MX_COLOR4(MX_MODULO); }
+vector4 mod(vector4 a, vector4 b) { return MX_VECTOR4(MX_MODULO); }
+
 // One of two values.
 #define MX_CHOOSE(T) T mx_ternary(int first, T a, T b) { T chosen = b; if (first) chosen = a; return chosen; }
 MX_CHOOSE(float)
@@ -82,10 +100,7 @@ MX_CONTRAST(float, float)
 MX_CONTRAST(color, color)
 MX_CONTRAST(color, float)
 
-// The same for structs, part by part. PARTS(F) calls F with the name of each part.
-#define MX_COLOR4(F) color4(F(rgb), F(a))
-#define MX_VECTOR2(F) vector2(F(x), F(y))
-#define MX_VECTOR4(F) vector4(F(x), F(y), F(z), F(w))
+// The same for structs, part by part.
 #define MX_REMAPPED(PART) mx_remap(from.PART, low.PART, high.PART, to_low.PART, to_high.PART, within)
 #define MX_REMAPPED_BY_FLOATS(PART) mx_remap(from.PART, low, high, to_low, to_high, within)
 #define MX_CONTRASTED(PART) mx_contrast(from.PART, amount.PART, pivot.PART)
