@@ -52,6 +52,8 @@ fn matt(n: Vec3, albedo: Vec3, kind: Matt) -> Lobe {
 
 /// The roughness below which facets are as good as a mirror; it keeps their density finite.
 const SMOOTH: f32 = 1e-3;
+/// The roughness in place of 0 in testrender: that of shaders which MaterialX generates.
+const SMOOTHEST: f32 = 1e-8;
 
 /// All closures.
 pub static CLOSURES: &[Closure] = &[
@@ -226,7 +228,9 @@ impl Args<'_> {
 
     /// The roughness along both tangents.
     fn alpha(&self, x: usize, y: usize) -> Vec2 {
-        Vec2::new(self.bounded(x, SMOOTH, 1.0), self.bounded(y, SMOOTH, 1.0))
+        let alpha = Vec2::new(self.bounded(x, SMOOTH, 1.0), self.bounded(y, SMOOTH, 1.0));
+        // Testrender has no density of such facets, and would show nothing.
+        Vec2::select(alpha.cmpeq(Vec2::ZERO), Vec2::splat(SMOOTHEST), alpha)
     }
 
     /// The index of refraction as seen from the viewer's side.

@@ -75,7 +75,7 @@ fn part(sums: &[f32], at: usize) -> f32 {
 }
 
 /// The index whose step in the running sums contains a number from 0 to 1, and the position within that step.
-fn find(sums: &[f32], x: f32) -> (usize, f32) {
+pub(super) fn find(sums: &[f32], x: f32) -> (usize, f32) {
     let at = sums.partition_point(|sum| *sum <= x).min(sums.len().saturating_sub(1));
     let before = if at > 0 { sums.get(at - 1).copied().unwrap_or(0.0) } else { 0.0 };
     let inside = (x - before) / part(sums, at);

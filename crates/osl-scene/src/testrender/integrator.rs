@@ -6,11 +6,11 @@
 
 use super::background::Direction;
 use super::camera::Ray;
-
 use super::sampler::{Sampler, tent};
-use super::shapes::{Point, nearest};
+use super::shapes::{Form, Point, nearest};
 use super::world::{self, Notes, Stage, World};
 use crate::bsdf::{self, Next, Rules, Scatter, Side};
+use crate::mesh::MeshHit;
 use crate::mis;
 use glam::Vec3;
 use osl_exec::RunError;
@@ -105,14 +105,15 @@ struct Path {
     throughput: Vec3,
     /// The density of its direction.
     pdf: f32,
-    /// The shape at which it starts.
-    from: Option<usize>,
+    /// The shape at which it starts, and the triangle.
+    from: Option<(usize, usize)>,
 }
 
 /// A path at a surface.
 struct SurfaceHit {
     path: Path,
     shape: usize,
+    triangle: usize,
     group: usize,
     point: Point,
     /// Width of the ray there.
@@ -183,7 +184,7 @@ impl Tracer<'_> {
             for path in paths {
                 self.stage.goes_on()?;
                 match nearest(&self.stage.world.shapes, &path.ray, path.from) {
-                    Some((shape, distance)) => met.extend(self.meet(path, shape, distance)),
+                    Some((shape, hit)) => met.extend(self.meet(path, shape, &hit)),
                     None => missed.push(path),
                 }
             }
@@ -204,6 +205,7 @@ impl Tracer<'_> {
                     self.stage.goes_on()?;
                     let side = Side::new(hit.point.on.ng, -hit.point.incident);
                     let surface = Scatter::new(&components, side, Rules::Testrender);
+                    self.notes.unknown.extend(surface.unknown.iter().map(|(name, _)| name.clone()));
                     if let Some(light) = light.get_mut(hit.path.slot) {
                         next.extend(self.scatter(hit, surface, bounce, light, &mut seen));
                     }
@@ -217,11 +219,11 @@ impl Tracer<'_> {
     }
 
     /// A path at the surface that it hits; `None` if that has no shader.
-    fn meet(&self, path: Path, shape: usize, distance: f32) -> Option<SurfaceHit> {
-        let hit = self.stage.world.shapes.get(shape)?;
-        let point = hit.form.point(&path.ray, distance);
-        let radius = path.ray.radius_at(distance);
-        Some(SurfaceHit { group: hit.group?, shape, point, radius, path })
+    fn meet(&self, path: Path, shape: usize, hit: &MeshHit) -> Option<SurfaceHit> {
+        let of = self.stage.world.shapes.get(shape)?;
+        let point = of.form.point(&path.ray, hit);
+        let radius = path.ray.radius_at(hit.t);
+        Some(SurfaceHit { group: of.group?, shape, triangle: hit.triangle, point, radius, path })
     }
 
     /// Adds the light of the background to paths that hit nothing.
@@ -261,12 +263,15 @@ impl Tracer<'_> {
         light: &mut Vec3,
         seen: &mut Vec<Seen>,
     ) -> Option<Path> {
-        let SurfaceHit { mut path, shape: index, point, radius, .. } = hit;
+        let SurfaceHit { mut path, shape: index, triangle, point, radius, .. } = hit;
+        let here = Some((index, triangle));
         let shapes = &self.stage.world.shapes;
         let shape = shapes.get(index)?;
         let p = point.on.p;
-        let share = match shape.is_light {
-            true => mis::power(path.pdf, shape.form.pdf(path.ray.origin, p)),
+        // A mesh may see itself, but lights other shapes only.
+        let alone = matches!(shape.form, Form::Mesh(_)) && path.from.is_some_and(|(from, _)| from == index);
+        let share = match shape.is_light && !alone {
+            true => mis::power(path.pdf, shape.form.pdf(path.ray.origin, &point.on)),
             false => 1.0,
         };
         *light += path.throughput * surface.emitted * share;
@@ -287,7 +292,7 @@ impl Tracer<'_> {
             let found = path.throughput * value.weight * chosen.weight * factor;
             if found.element_sum() > 0.0 {
                 let ray = Ray { origin: p, direction, radius, spread: 0.0 };
-                if nearest(shapes, &ray, Some(index)).is_none() {
+                if nearest(shapes, &ray, here).is_none() {
                     *light += found;
                 }
             }
@@ -304,8 +309,9 @@ impl Tracer<'_> {
             let found = path.throughput * value.weight * mis::of_value(chosen.pdf, value.pdf);
             if found.element_sum() > 0.0 {
                 let ray = Ray { origin: p, direction: chosen.direction, radius, spread: 0.0 };
-                if let Some((_, distance)) = nearest(shapes, &ray, Some(index)).filter(|(s, _)| *s == at) {
-                    let point = shape.form.point(&ray, distance);
+                let hit = nearest(shapes, &ray, here);
+                if let Some((_, hit)) = hit.filter(|(s, hit)| *s == at && hit.triangle == chosen.triangle) {
+                    let point = shape.form.point(&ray, &hit);
                     seen.push(Seen { slot: path.slot, group, point, share: found });
                 }
             }
@@ -316,7 +322,7 @@ impl Tracer<'_> {
             return None;
         }
         path.pdf = chosen.pdf;
-        path.from = Some(index);
+        path.from = here;
         let spread = path.ray.spread.max(chosen.roughness);
         path.ray = Ray { origin: p, direction: chosen.wi, radius, spread };
         Some(path)

@@ -1,6 +1,6 @@
 //! The scenes of the reference's `testrender`, and its path tracer.
 //!
-//! Scenes are XML ([`scene`]) with a [`camera`], spheres and quads ([`shapes`]), shader groups and a
+//! Scenes are XML ([`scene`]) with a [`camera`], spheres, quads and meshes ([`shapes`]), shader groups and a
 //! [`background`]. Its test pictures have few paths per pixel and are compared directly, so the noise is part
 //! of the format: random numbers ([`sampler`]) and their order ([`integrator`]) follow it. Closures are those
 //! of [`crate::bsdf`] with the rules of this tool. This module must not know files, command lines or how

@@ -15,8 +15,12 @@ use osl_lower::group::text::{Statement, Word};
 pub struct GroupText {
     /// Its name.
     pub name: String,
-    /// Its purpose: `surface`.
+    /// Its purpose: `surface` or `displacement`.
     pub usage: String,
+    /// The index of the group that displaces its shapes.
+    pub displacement: Option<usize>,
+    /// Whether its shapes are sampled as lights.
+    pub is_light: bool,
     /// Its text; may be empty.
     pub commands: String,
     /// Statements that follow the text.
@@ -32,8 +36,19 @@ pub struct Background {
     pub resolution: usize,
 }
 
+/// A mesh, whose file is not read yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelFile {
+    /// The name of the file, relative to the scene's folder.
+    pub file: String,
+    /// The index of its shader group.
+    pub group: Option<usize>,
+    /// Whether it is sampled as a light.
+    pub is_light: bool,
+}
+
 /// A scene.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Default)]
 pub struct Scene {
     /// The camera.
     pub camera: Camera,
@@ -43,8 +58,12 @@ pub struct Scene {
     pub groups: Vec<GroupText>,
     /// The shapes: spheres before quads.
     pub shapes: Vec<Shape>,
+    /// The meshes.
+    pub models: Vec<ModelFile>,
     /// The background.
     pub background: Option<Background>,
+    /// What was passed over: a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Scene {
@@ -81,10 +100,18 @@ pub fn read(text: &str, limits: &Limits) -> Result<Scene, SceneError> {
     let world = document.children.iter().find(|e| e.name == "World").ok_or(SceneError::NoWorld)?;
     let mut scene = Scene::default();
     let (mut spheres, mut quads) = (Vec::new(), Vec::new());
+    // The group of the shapes that follow.
+    let mut group = None;
     for element in &world.children {
-        let group = scene.groups.len().checked_sub(1);
+        notice(element, TOP, "World", &mut scene.warnings);
         let vector = |name: &str| element.attribute(name).and_then(vector);
-        let is_light = element.attribute("is_light").is_some_and(flag);
+        let of_light = group.and_then(|at: usize| scene.groups.get(at)).is_some_and(|g| g.is_light);
+        let is_light = of_light || element.attribute("is_light").is_some_and(flag);
+        let rows =
+            |default| element.attribute("resolution").map_or(default, number).clamp(1.0, 4096.0) as u32;
+        let mut incomplete = |needs: &str| {
+            scene.warnings.push(format!("<{}> needs {needs}, and is left out", element.name));
+        };
         match element.name.as_str() {
             "Camera" => scene.camera = camera(element),
             "Option" => {
@@ -94,19 +121,43 @@ pub fn read(text: &str, limits: &Limits) -> Result<Scene, SceneError> {
                 });
                 scene.options.extend(values);
             }
-            "ShaderGroup" => scene.groups.push(shader_group(element)),
+            "ShaderGroup" => {
+                let found = shader_group(element, &mut scene.warnings);
+                let at = scene.groups.len();
+                let named = scene.groups.iter_mut().find(|g| g.name == found.name && g.usage == "surface");
+                match (found.usage.as_str(), named) {
+                    ("displacement", Some(surface)) => surface.displacement = Some(at),
+                    ("displacement", None) => scene.warnings.push(format!(
+                        "the displacement group `{}` has no surface group of its name before it",
+                        found.name
+                    )),
+                    _ => group = Some(at),
+                }
+                scene.groups.push(found);
+            }
             "Sphere" => {
                 let radius = element.attribute("radius").map_or(0.0, number);
-                if let (Some(center), true) = (vector("center"), radius > 0.0) {
-                    spheres.push(Shape { form: Form::Sphere { center, radius }, group, is_light });
+                match vector("center") {
+                    Some(center) if radius > 0.0 => {
+                        let form = Form::Sphere { center, radius };
+                        spheres.push(Shape { form, group, is_light, resolution: rows(64.0) });
+                    }
+                    _ => incomplete("a center and a positive radius"),
                 }
             }
             "Quad" => {
                 let parts = (vector("corner"), vector("edge_x"), vector("edge_y"));
                 if let (Some(corner), Some(edge_x), Some(edge_y)) = parts {
-                    quads.push(Shape { form: Form::Quad { corner, edge_x, edge_y }, group, is_light });
+                    let form = Form::Quad { corner, edge_x, edge_y };
+                    quads.push(Shape { form, group, is_light, resolution: rows(1.0) });
+                } else {
+                    incomplete("corner, edge_x and edge_y");
                 }
             }
+            "Model" => match element.attribute("filename") {
+                Some(file) => scene.models.push(ModelFile { file: file.to_string(), group, is_light }),
+                None => incomplete("a filename"),
+            },
             "Background" => {
                 let resolution = element.attribute("resolution").map_or(1024.0, number).max(0.0) as usize;
                 scene.background =
@@ -114,13 +165,49 @@ pub fn read(text: &str, limits: &Limits) -> Result<Scene, SceneError> {
             }
             _ => {}
         }
-        if (spheres.len() + quads.len()) as u64 > limits.shapes {
+        if (spheres.len() + quads.len() + scene.models.len()) as u64 > limits.shapes {
             return Err(SceneError::TooManyShapes { most: limits.shapes });
         }
     }
     scene.shapes = spheres;
     scene.shapes.append(&mut quads);
     Ok(scene)
+}
+
+/// The elements at the top of a scene with their attributes; none where any name is right.
+const TOP: &[(&str, &[&str])] = &[
+    ("Camera", &["eye", "dir", "look_at", "up", "fov"]),
+    ("Option", &[]),
+    ("ShaderGroup", &["name", "type", "commands", "is_light"]),
+    ("Sphere", &["center", "radius", "is_light", "resolution"]),
+    ("Quad", &["corner", "edge_x", "edge_y", "is_light", "resolution"]),
+    ("Model", &["filename", "is_light"]),
+    ("Background", &["resolution"]),
+];
+
+/// The elements of a shader group.
+const OF_GROUP: &[(&str, &[&str])] = &[
+    ("Parameter", &[]),
+    ("Shader", &["type", "name", "layer"]),
+    ("ConnectShaders", &["srclayer", "srcparam", "dstlayer", "dstparam"]),
+];
+
+/// Maximum number of warnings; a scene with more mistakes is no scene of this tool.
+const MAX_WARNINGS: usize = 100;
+
+/// Warns of an element or of attributes that are not known here.
+fn notice(element: &Element, known: &[(&str, &[&str])], parent: &str, warnings: &mut Vec<String>) {
+    if warnings.len() >= MAX_WARNINGS {
+        return;
+    }
+    let Some((name, attributes)) = known.iter().find(|(name, _)| *name == element.name) else {
+        warnings.push(format!("<{}> in <{parent}> is not known, and has no effect", element.name));
+        return;
+    };
+    let unknown = element.attributes.iter().filter(|(n, _)| !attributes.contains(&n.as_str()));
+    for (attribute, _) in unknown.filter(|_| !attributes.is_empty()) {
+        warnings.push(format!("the attribute `{attribute}` of <{name}> is not known, and has no effect"));
+    }
 }
 
 fn camera(element: &Element) -> Camera {
@@ -136,15 +223,18 @@ fn camera(element: &Element) -> Camera {
     }
 }
 
-fn shader_group(element: &Element) -> GroupText {
+fn shader_group(element: &Element, warnings: &mut Vec<String>) -> GroupText {
     let text = |name: &str, default: &str| element.attribute(name).unwrap_or(default).to_string();
     let mut group = GroupText {
         name: text("name", "group"),
         usage: text("type", "surface"),
+        displacement: None,
+        is_light: element.attribute("is_light").is_some_and(flag),
         commands: element.attribute("commands").or(element.text.as_deref()).unwrap_or("").to_string(),
         statements: Vec::new(),
     };
     for child in &element.children {
+        notice(child, OF_GROUP, "ShaderGroup", warnings);
         let named = |name: &str| child.attribute(name).map(word);
         match child.name.as_str() {
             "Parameter" => group.statements.extend(child.attributes.iter().map(|(n, v)| parameter(n, v))),
@@ -244,6 +334,41 @@ mod tests {
             .collect();
         assert_eq!(types, [Type::FLOAT, Type::COLOR, Type::STRING, Type::STRING]);
         assert_eq!(scene.groups[1].statements.len(), 6, "a shader without its layer is none");
+        let warnings = [
+            "<Sphere> needs a center and a positive radius, and is left out",
+            "<Unknown> in <World> is not known, and has no effect",
+        ];
+        assert_eq!(scene.warnings, warnings);
+    }
+
+    #[test]
+    fn lights_models_and_displacements_belong_to_their_groups() {
+        let scene = read(
+            r#"<World>
+                 <ShaderGroup name="lamp" is_light="1">shader a l;</ShaderGroup>
+                 <ShaderGroup name="lamp" type="displacement">shader b l;</ShaderGroup>
+                 <Model filename="lamp.obj"/>
+                 <ShaderGroup name="matt" color="red">shader c l;</ShaderGroup>
+                 <Model filename="floor.obj"/>
+                 <Model/>
+                 <ShaderGroup name="other" type="displacement"><Layer/></ShaderGroup>
+               </World>"#,
+            &Limits::default(),
+        )
+        .map_err(|e| e.to_string())
+        .unwrap_or_default();
+        let models: Vec<_> = scene.models.iter().map(|m| (m.file.as_str(), m.group, m.is_light)).collect();
+        assert_eq!(models, [("lamp.obj", Some(0), true), ("floor.obj", Some(2), false)]);
+        assert_eq!(scene.groups[0].displacement, Some(1));
+        assert_eq!(
+            scene.warnings,
+            [
+                "the attribute `color` of <ShaderGroup> is not known, and has no effect",
+                "<Model> needs a filename, and is left out",
+                "<Layer> in <ShaderGroup> is not known, and has no effect",
+                "the displacement group `other` has no surface group of its name before it",
+            ]
+        );
     }
 
     #[test]

@@ -2,18 +2,22 @@
 
 use super::background::{self, Direction, Table};
 use super::camera::{Camera, View};
-use super::shapes::{Point, Shape};
+use super::shapes::{Form, Model, Point, Shape};
 use crate::bsdf;
 use crate::data::{Data, WithData};
-use crate::mesh::SurfacePoint;
+use crate::displace::{Displacement, displace};
+use crate::mesh::{SurfacePoint, Triangles};
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
 use osl_exec::{
-    Component, Datum, Frame, PointSource, Printed, Program, Run, RunError, RunOptions, Said, Services, unite,
+    Component, Datum, Frame, Plane, PointSource, Printed, Program, Run, RunError, RunOptions, Said, Services,
+    unite,
 };
 use osl_ir::ir::Const;
 use osl_limits::Limits;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// The purpose of a shader run, as reported by `raytype`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,17 +30,19 @@ pub(super) enum Ray {
     Light,
     /// The background table is computed.
     Table,
+    /// A vertex is displaced.
+    Displacement,
 }
 
 /// Services for shaders, by ray type.
 #[derive(Debug)]
-pub struct RayServices([Services; 4]);
+pub struct RayServices([Services; 5]);
 
 impl RayServices {
     /// Services that differ by ray type; `make` creates one.
     pub fn new(make: impl Fn() -> Services) -> RayServices {
         // A ray without a type still has a name: the empty name stands for the camera.
-        let kinds = ["camera", "diffuse", "shadow", "none"];
+        let kinds = ["camera", "diffuse", "shadow", "none", "displacement"];
         RayServices(kinds.map(|kind| Services { ray: kind.to_string(), ..make() }))
     }
 
@@ -65,6 +71,40 @@ pub struct World {
     pub limits: Limits,
 }
 
+impl World {
+    /// Adds a mesh with a shader group. The group `displacement`, if there is one, moves its vertices first.
+    ///
+    /// # Errors
+    /// The displacement exceeds its budget, or the command has to stop.
+    pub fn add_mesh(
+        &mut self,
+        mut triangles: Triangles,
+        [group, displacement]: [Option<usize>; 2],
+        is_light: bool,
+        notes: &mut Notes,
+    ) -> Result<(), RunError> {
+        if let Some(program) = displacement.and_then(|at| self.groups.get(at)) {
+            displace(&mut triangles, |points| {
+                let options = RunOptions { limits: self.limits.clone(), ..RunOptions::default() };
+                let source = WithData { points: points.clone(), data: attributes(self) };
+                let run = Run::new(program, self.services.of(Ray::Displacement), &source, &options);
+                let Frame { messages, printed, planes, .. } = run.points(0..source.count(), &|_| ())?;
+                notes.add(Notes { messages, printed, ..Notes::default() }, &self.limits);
+                let moved: Vec<Vec<f32>> = planes.iter().map(Plane::floats).collect();
+                let [x, y, z] = moved.as_slice() else {
+                    // The shader leaves P as it is.
+                    return Ok(Displacement::By(vec![Vec3::ZERO; points.count()]));
+                };
+                let moved = x.iter().zip(y).zip(z).map(|((x, y), z)| Vec3::new(*x, *y, *z));
+                Ok(Displacement::To(moved.collect()))
+            })?;
+        }
+        let form = Form::Mesh(Arc::new(Model::new(triangles)));
+        self.shapes.push(Shape { form, group, is_light, resolution: 0 });
+        Ok(())
+    }
+}
+
 /// Messages of shaders.
 #[derive(Clone, Debug, Default)]
 pub struct Notes {
@@ -72,6 +112,8 @@ pub struct Notes {
     pub messages: Vec<Said>,
     /// Printed texts.
     pub printed: Vec<Printed>,
+    /// Closures that are not rendered.
+    pub unknown: BTreeSet<Arc<str>>,
 }
 
 impl Notes {
@@ -81,6 +123,7 @@ impl Notes {
         let most = usize::try_from(limits.scenes.printed).unwrap_or(usize::MAX);
         let room = most.saturating_sub(self.printed.len());
         self.printed.extend(more.printed.into_iter().take(room));
+        self.unknown.extend(more.unknown);
     }
 }
 
@@ -167,7 +210,7 @@ impl<'w> Stage<'w> {
         let options = RunOptions { tile: points.len(), closures: true, limits, ..RunOptions::default() };
         let run = Run::new(program, self.world.services.of(ray), &source, &options);
         let Frame { messages, printed, closures, .. } = run.points(0..source.count(), &|_| ())?;
-        notes.add(Notes { messages, printed }, &self.world.limits);
+        notes.add(Notes { messages, printed, ..Notes::default() }, &self.world.limits);
         let ci = closures.iter().find(|c| &*c.output == "Ci");
         Ok((0..points.len()).map(|at| ci.map_or_else(Vec::new, |c| c.point(at))).collect())
     }

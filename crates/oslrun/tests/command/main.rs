@@ -59,6 +59,7 @@ mod software;
 mod studio;
 mod sweeps;
 mod tap;
+mod testrender;
 mod testshade;
 mod told;
 mod tools;

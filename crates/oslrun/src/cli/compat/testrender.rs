@@ -15,7 +15,10 @@ use osl_job::request::Reading;
 use osl_job::source::input;
 use osl_lower::Requests;
 use osl_lower::group::text::Statement;
+use osl_scene::mesh::read_obj_within;
+use osl_scene::subdivide::{Detail, Scheme, tessellate_within};
 use osl_scene::surface_points::SurfacePoints;
+use osl_scene::testrender::shapes::Shape;
 use osl_scene::testrender::{self, GroupText, RayServices, Scene, World, scene};
 use osl_syntax::source::SourceMap;
 use std::collections::HashSet;
@@ -160,10 +163,12 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         false => file.clone(),
     };
     let scene = scene::read(&text, limits).map_err(|why| format!("SEVERE ERROR: {why}"))?;
+    scene.warnings.iter().for_each(|text| console.warning(text));
     if scene.groups.is_empty() {
         return Err("SEVERE ERROR: No shaders in scene".to_string());
     }
-    let (world, sources) = world(scene, &job, console)?;
+    let folder = path.parent().filter(|_| path.is_file()).unwrap_or(Path::new(""));
+    let (world, sources) = world(scene, folder, &job, console)?;
     let prepared = started.elapsed();
     let pool = setup::pool(job.threads).map_err(|why| format!("testrender: {why}"))?;
     let options = world.1;
@@ -172,7 +177,7 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         picture = pool
             .install(|| testrender::render(&world.0, &options, &|_| ()))
             .map_err(|stop| format!("ERROR: {stop}"))?;
-        said(&picture, &sources, console)?;
+        said(&picture.notes, &sources, console)?;
     }
     let planes: Vec<&[f32]> = picture.planes.iter().map(Vec::as_slice).collect();
     write_channels(Path::new(image), (job.size[0], job.size[1]), &planes, Some(Samples::Half))
@@ -190,9 +195,10 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// Compiles the shaders of a scene.
+/// Compiles the shaders of a scene, and reads its meshes, which are relative to `folder`.
 fn world(
     scene: Scene,
+    folder: &Path,
     job: &Job,
     console: &mut Console<'_>,
 ) -> Result<((World, testrender::Options), SourceMap), String> {
@@ -220,20 +226,41 @@ fn world(
         folders.extend(job.texture_path.iter().cloned());
         TextureCache::within(folders, limits).allow_files(true)
     };
-    let world = World {
+    let displacement = |group: Option<usize>| scene.groups.get(group?)?.displacement;
+    let (moved, fixed): (Vec<Shape>, _) =
+        scene.shapes.into_iter().partition(|shape| displacement(shape.group).is_some());
+    let mut world = World {
         camera: scene.camera,
         size: job.size,
-        shapes: scene.shapes,
+        shapes: fixed,
         groups: programs,
         services: RayServices::new(|| Services { textures: textures(), ..Services::default() }),
         background: scene.background.and_then(|b| b.group),
         resolution: scene.background.map_or(0, |b| b.resolution),
         limits: limits.clone(),
     };
+    let mut meshes = Vec::new();
+    for model in scene.models {
+        let path = folder.join(&model.file);
+        let wrong = |why: &dyn std::fmt::Display| format!("ERROR: model {}: {why}", path.display());
+        let text = input::read_text(&path, limits).map_err(|why| wrong(&why))?;
+        let mesh = read_obj_within(&text, limits).map_err(|why| wrong(&why))?;
+        meshes.push((mesh, model.group, model.is_light));
+    }
+    meshes.extend(moved.into_iter().filter_map(|s| Some((s.form.mesh(s.resolution)?, s.group, s.is_light))));
+    let mut notes = testrender::Notes::default();
+    for (mesh, group, is_light) in meshes {
+        let triangles = tessellate_within(&mesh, Scheme::Linear, &Detail::Level(0), limits)
+            .map_err(|why| format!("ERROR: {why}"))?
+            .triangles;
+        let groups = [group, displacement(group)];
+        world.add_mesh(triangles, groups, is_light, &mut notes).map_err(|stop| format!("ERROR: {stop}"))?;
+    }
+    said(&notes, &sources, console)?;
     Ok(((world, options), sources))
 }
 
-/// Compiles a shader group to a program that outputs `Ci`.
+/// Compiles a shader group to a program that outputs `Ci`, or `P` if it is a displacement.
 ///
 /// # Errors
 /// The message to print before the tool ends; empty if it was printed already.
@@ -265,9 +292,12 @@ fn compile(
     })?;
     // The tool has no color management, so it knows the usual spaces only.
     passes::set_primaries(&mut body, 0);
-    let points = SurfacePoints::of_testrender();
+    let (output, points) = match text.usage.as_str() {
+        "displacement" => ("P", SurfacePoints::default()),
+        _ => ("Ci", SurfacePoints::of_testrender()),
+    };
     let options = passes::Options {
-        outputs: Some(vec!["Ci".into()]),
+        outputs: Some(vec![output.into()]),
         varying: points.varying().to_vec(),
         derivs: points.varying_derivs().to_vec(),
         limits: limits.clone(),
@@ -277,12 +307,15 @@ fn compile(
 }
 
 /// Prints the text and the messages of shaders.
-fn said(picture: &testrender::Picture, sources: &SourceMap, console: &mut Console<'_>) -> Result<(), String> {
-    output::printed(&picture.notes.printed, output::Appends::Anywhere, console)
+fn said(notes: &testrender::Notes, sources: &SourceMap, console: &mut Console<'_>) -> Result<(), String> {
+    output::printed(&notes.printed, output::Appends::Anywhere, console)
         .map_err(|failure| format!("ERROR: {}", failure.text))?;
+    for name in &notes.unknown {
+        console.warning(&format!("the closure `{name}` is not known here, and reflects no light"));
+    }
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut seen = HashSet::new();
-    for said in &picture.notes.messages {
+    for said in &notes.messages {
         let (severity, line) = (said.message.severity, said.message.show(place));
         if !seen.insert((severity, line.clone())) {
             continue;
