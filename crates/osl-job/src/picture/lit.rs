@@ -29,6 +29,7 @@ use osl_scene::shape::Surface;
 use osl_scene::stage::Stage;
 use osl_scene::surface_points::SurfacePoints;
 use osl_syntax::source::SourceMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Maximum length in pixels of an edge of a displaced surface.
@@ -56,13 +57,14 @@ pub(super) fn run(
 ) -> Result<Done, Failure> {
     let camera = CameraShader::recognised(image, light, &mut loaded, sink)?;
     let roles = if camera.is_some() { Roles::default() } else { roles(image, light, &loaded)? };
-    let body = match (&camera, roles.closure) {
+    let body = match (&camera, &roles.closure) {
         (Some(_), _) => alone("preview_material", Vec::new())?,
-        (None, true) => loaded.body.clone(),
-        (None, false) => material(&mut loaded, &roles, image)?,
+        (None, Some(_)) => loaded.body.clone(),
+        (None, None) => material(&mut loaded, &roles, image)?,
     };
+    let closure: Arc<str> = roles.closure.as_deref().unwrap_or("Ci").into();
     let job = Job::new(image, &loaded, roles.displace.clone(), sink.meters())?.with_edges(EDGE);
-    let mut staged = Staged { image, job, camera };
+    let mut staged = Staged { image, job, camera, closure };
     let threads = image.running.threads;
     let world = setup::on_threads(threads, || staged.world(&body))??;
     let prepared = started.elapsed();
@@ -194,10 +196,10 @@ fn material(loaded: &mut LoadedShader, roles: &Roles, image: &Image) -> Result<B
 }
 
 /// The program that computes the closure of a body.
-fn program(body: &Body, image: &Image) -> Program {
+fn program(body: &Body, closure: &Arc<str>, image: &Image) -> Program {
     let points = SurfacePoints::default();
     let options = passes::Options {
-        outputs: Some(vec!["Ci".into()]),
+        outputs: Some(vec![closure.clone()]),
         varying: points.varying().to_vec(),
         derivs: points.varying_derivs().to_vec(),
         without: image.running.without_pass.clone(),
@@ -220,6 +222,8 @@ struct Staged<'a> {
     image: &'a Image,
     job: Job<'a>,
     camera: Option<CameraShader>,
+    /// The output that is the closure of the surface.
+    closure: Arc<str>,
 }
 
 impl Staged<'_> {
@@ -244,8 +248,8 @@ impl Staged<'_> {
         }
         let stretch = [Vec2::from(self.image.points.uv_scale), Vec2::from(self.image.points.uv_offset)];
         let material = Material {
-            program: program(body, self.image),
-            lean: program(body, self.image),
+            program: program(body, &self.closure, self.image),
+            lean: program(body, &self.closure, self.image),
             services: self.job.services(&view, stage.reach),
             color: None,
             stretch: (stretch != [Vec2::ONE, Vec2::ZERO]).then_some(stretch),
@@ -271,7 +275,7 @@ impl Staged<'_> {
         let scale = SQUARES / reach.max(f32::MIN_POSITIVE);
         let body = alone("preview_floor", vec![("scale".to_string(), scale.to_string())])?;
         let services = Services { ray: self.image.provided.ray.clone(), ..Services::default() };
-        let [first, second] = [(); 2].map(|()| self::program(&body, self.image));
+        let [first, second] = [(); 2].map(|()| self::program(&body, &"Ci".into(), self.image));
         Ok(Material { program: first, lean: second, services, color: None, stretch: None })
     }
 }

@@ -25,8 +25,8 @@ pub(super) struct Asked<'a> {
 /// The outputs for each role.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Roles {
-    /// Whether the shader's own closure is shown. Then only a displacement has a role.
-    pub closure: bool,
+    /// The closure of the shader that is shown. Then only a displacement has a role.
+    pub closure: Option<String>,
     pub base: Option<String>,
     pub bump: Option<Gained>,
     pub normal: Option<String>,
@@ -41,12 +41,15 @@ impl Roles {
     /// The roles of the outputs of a shader. `body` has those that it makes without declaring them.
     pub(super) fn of(program: &hir::Program, body: &Body, asked: Asked<'_>) -> Result<Roles, Failure> {
         let makes = |name: &str| body.outputs.iter().any(|output| &*output.name == name);
-        let (closure, moves) = (makes("Ci"), program.shader.kind == ShaderKind::Displacement && makes("P"));
+        let moves = program.shader.kind == ShaderKind::Displacement && makes("P");
         let outputs = Outputs::of(program);
+        // Without `Ci` and without values, a closure that is an output stands for the surface.
+        let of_output = body.outputs.iter().find(|o| o.ty == Type::CLOSURE && outputs.list.is_empty());
+        let closure = if makes("Ci") { Some("Ci") } else { of_output.map(|output| &*output.name) };
         let Asked { base, bump, normal, roughness, displace } = asked;
         let named = base.is_some() || bump.is_some() || normal.is_some() || roughness.is_some();
         let is_vector = |ty: Type| ty.is_triple() && ty != Type::COLOR;
-        let mut roles = Roles { closure: closure && !named, ..Roles::default() };
+        let mut roles = Roles { closure: closure.filter(|_| !named).map(str::to_string), ..Roles::default() };
         if let Some(Gained { name, gain }) = displace {
             let fits = |ty| ty == Type::FLOAT || is_vector(ty);
             if !(moves && name == "P") {
@@ -59,7 +62,7 @@ impl Roles {
             let by = |name: &str, ty| (ty == Type::VECTOR && is_height(name)).then_some(());
             roles.displace = outputs.first(by).map(|name| Gained { name, gain: 1.0 });
         }
-        if roles.closure {
+        if roles.closure.is_some() {
             return Ok(roles);
         }
         let is_color = |ty: Type| ty.is_triple() || matches!(ty, Type::FLOAT | Type::INT);
@@ -119,7 +122,7 @@ impl Roles {
         };
         let plain = |name: &String| format!("`{name}`");
         let roles = [
-            ("the closure", self.closure.then(|| "`Ci`".to_string())),
+            ("the closure", self.closure.as_ref().map(plain)),
             ("base color", self.base.as_ref().map(plain)),
             ("bump", self.bump.as_ref().map(gained)),
             ("normal", self.normal.as_ref().map(plain)),
@@ -230,6 +233,8 @@ mod tests {
         assert_eq!(found.words(), "displacement `disp`");
         let found = roles("surface a(output color c = 0) { Ci = c * diffuse(N); }", Asked::default());
         assert_eq!(found.unwrap().words(), "the closure `Ci`");
+        let found = roles("surface a(output closure color out = 0) { out = diffuse(N); }", Asked::default());
+        assert_eq!(found.unwrap().words(), "the closure `out`");
     }
 
     #[test]

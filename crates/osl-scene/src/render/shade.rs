@@ -61,7 +61,9 @@ pub(super) fn shade(
             Scatter::diffuse(hit.hit.point.ng, hit.hit.point.n, -hit.incident, matt(&planes, name, at))
         }
         None => {
-            let list = closures.iter().find(|c| &*c.output == "Ci").map(|c| c.point(at));
+            // Without a `Ci`, the closure is an output.
+            let own = closures.iter().find(|c| &*c.output == "Ci").or(closures.first());
+            let list = own.map(|c| c.point(at));
             let side = Side::new(hit.hit.point.ng, -hit.incident);
             let mut scatter = Scatter::new(&list.unwrap_or_default(), side, Rules::Correct);
             scatter.paint_unknown(|| signal(&world.view, hit.hit.point.p));

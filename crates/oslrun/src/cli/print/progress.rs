@@ -59,10 +59,11 @@ impl Meter for Lines {
         if intervals > self.said.fetch_max(intervals, Ordering::Relaxed) {
             let text = format!("progress: {}% after {seconds} s", done * 100 / self.total.max(1));
             let mut err = std::io::stderr();
-            let _ = match self.manner.json {
-                true => Ok(json::print(&json::line(Severity::Note, &text), &mut err)),
-                false => writeln!(err, "{text}"),
-            };
+            if self.manner.json {
+                json::print(&json::line(Severity::Note, &text), &mut err);
+            } else {
+                let _ = writeln!(err, "{text}");
+            }
         }
     }
 }
