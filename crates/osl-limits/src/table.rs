@@ -254,7 +254,7 @@ limits! {
         pixel_triangles = 1 << 21, "triangles", "it is cut less finely";
         /// Pixels of a picture, some 60 bytes each.
         pixels = 1 << 24, "pixels", "--limit scenes.pixels";
-        /// Spheres and quads of a scene of testrender: each ray is tested with all of them.
+        /// Spheres, quads and meshes of a scene of testrender: each ray is tested with all of them.
         shapes = 1 << 14, "shapes", "shapes";
         /// Nested elements of the XML of a scene of testrender.
         xml_depth = 256, "elements", "Elements are nested too deeply";
