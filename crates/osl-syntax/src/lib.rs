@@ -97,6 +97,8 @@ pub struct Options {
     pub reports: Reports,
     /// Macros to define first, as `-Dname=value` does.
     pub defines: Vec<(String, String)>,
+    /// Whether a quotient of two literals whose divisor is 0 is infinite instead of 0.
+    pub infinite_quotients: bool,
     /// Whether to return [`Parsed::tokens`].
     pub keep_tokens: bool,
     /// Budgets for reading. They count work, not time, so the result is the same on every machine.
