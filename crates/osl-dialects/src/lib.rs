@@ -1,21 +1,22 @@
 //! Dialects: what each renderer adds to the language, as data.
 //!
-//! A dialect is a folder below `dialects`. Its `dialect.toml` has the names: signs by which a file shows that
-//! it is written for this renderer, attributes with types and defaults, spaces, kinds of rays, metadata, roles
-//! of outputs, and what the renderer lacks. Its `headers` are OSL: the prelude that is read before a shader,
-//! and the files that shaders include. A folder without `dialect.toml` is no dialect; other `*.toml` files
-//! beside it are read by the parts that they belong to ([`Dialect::file`]).
+//! A dialect is a folder below `dialects`. Its `dialect.toml` has the names: signs by which a file shows
+//! that it is written for this renderer, attributes with types and defaults, spaces, kinds of rays,
+//! metadata, roles of outputs, and what the renderer lacks. Its `headers` are OSL: the prelude that is read
+//! before a shader, and the files that shaders include. A folder without `dialect.toml` is no dialect; other
+//! `*.toml` files beside it are read by the parts that they belong to ([`Dialect::file`]).
 //!
-//! The crate knows neither files on the disk nor how a shader is compiled or run: osl-job brings a dialect and
-//! a shader together. No compiler crate knows this one.
+//! The crate knows neither files on the disk nor how a shader is compiled or run: osl-job brings a dialect
+//! and a shader together. No compiler crate knows this one.
 
 mod names;
+mod page;
 mod signs;
 
 pub use names::{Attribute, Error, Lacks, Names, Output, Quirks, Role, Rule, Signs, Source, Value};
-pub use signs::{Reason, Sign};
+pub use signs::{Reason, Sign, declared, words_of};
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, LazyLock};
 
 /// The files of the built-in dialects: name of the dialect, path in its folder, text.
@@ -77,10 +78,23 @@ impl Dialect {
         self.files.keys().filter_map(|path| path.strip_prefix(HEADERS))
     }
 
+    /// The strings and words of a text whose meaning is not public, each once, with what happens here.
+    pub fn unknown_in(&self, text: &str) -> Vec<(String, String)> {
+        let unknown = &self.names.unknown;
+        let found = signs::names(text).filter_map(|name| unknown.get_key_value(name));
+        let found: BTreeMap<_, _> = found.map(|(name, why)| (name.clone(), why.clone())).collect();
+        found.into_iter().collect()
+    }
+
     /// The name and text of the header that is read before every shader.
     pub fn prelude(&self) -> Option<(&str, &str)> {
         let name = self.names.prelude.as_deref()?;
         Some((name, self.header(name)?))
+    }
+
+    /// The functions, closures and macros of its headers.
+    pub fn declared(&self) -> BTreeSet<&str> {
+        self.headers().filter_map(|header| self.header(header)).flat_map(signs::declared).collect()
     }
 
     /// The attribute of an object with a name; the object is empty for attributes of the surface.

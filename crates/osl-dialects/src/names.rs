@@ -126,7 +126,8 @@ pub enum Rule {
     /// Only its own type; three floats answer any triple.
     #[default]
     Exact,
-    /// A float answers triples; two or three floats answer a float (their mean) and triples; an int only an int.
+    /// A float answers triples; two or three floats answer a float (their mean) and triples; an int only an
+    /// int.
     Mean,
     /// As assignments do: an int answers a float, a number a triple.
     Widen,
@@ -136,7 +137,8 @@ pub enum Rule {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Attribute {
-    /// Its type: `int`, `float`, `string`, `matrix`, `float2`, `float3`, `float4`, or an array such as `int[2]`.
+    /// Its type: `int`, `float`, `string`, `matrix`, `float2`, `float3`, `float4`, or an array such as
+    /// `int[2]`.
     #[serde(rename = "type")]
     pub ty: String,
     /// What of the points or the run it is; none if it is always the default.
@@ -164,14 +166,22 @@ pub enum Source {
     Generated,
     /// The unit tangent along u.
     Tangent,
-    /// The position.
+    /// The position in common space.
     Position,
-    /// The normal.
+    /// The normal in common space.
     Normal,
+    /// The position in object space.
+    #[serde(rename = "object-position")]
+    ObjectPosition,
+    /// The normal in object space.
+    #[serde(rename = "object-normal")]
+    ObjectNormal,
     /// The position in the picture, from 0 to 1.
     Window,
     /// The center of the object in common space.
     Location,
+    /// A number for each object, from 0 to 1.
+    Random,
     /// The number of the point.
     Index,
     /// The change of u to the next pixel.
@@ -184,6 +194,35 @@ pub enum Source {
     Frame,
     /// Columns and rows of the picture.
     Resolution,
+    /// The version of the language as a number.
+    Version,
+}
+
+impl Source {
+    /// What it is, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Source::Uv => "u, v",
+            Source::U => "u",
+            Source::V => "v",
+            Source::Generated => "P in the box around the surface",
+            Source::Tangent => "the direction of dPdu",
+            Source::Position => "P",
+            Source::Normal => "N",
+            Source::ObjectPosition => "P in object space",
+            Source::ObjectNormal => "N in object space",
+            Source::Window => "the place in the picture; on the patch u, v",
+            Source::Location => "the origin of object space",
+            Source::Random => "a number for each surface of a scene; 0.5 without a scene",
+            Source::Index => "the number of the point",
+            Source::Du => "the derivative of u",
+            Source::Dv => "the derivative of v",
+            Source::Time => "the time",
+            Source::Frame => "the frame",
+            Source::Resolution => "the size of the picture",
+            Source::Version => "OSL_VERSION",
+        }
+    }
 }
 
 /// What a renderer does otherwise than the language.
@@ -202,11 +241,11 @@ pub struct Quirks {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lacks {
-    /// Why the renderer runs no file alike; then nothing else is compared.
-    pub everything: Option<String>,
     /// Why there are no closures at all.
     pub all_closures: Option<String>,
-    /// Closures; the name `others` is for all that the renderer is not known to have.
+    /// The only closures that have an effect.
+    pub only_closures: Vec<String>,
+    /// Closures.
     pub closures: BTreeMap<String, String>,
     /// Functions.
     pub functions: BTreeMap<String, String>,
@@ -214,14 +253,50 @@ pub struct Lacks {
     pub noises: BTreeMap<String, String>,
     /// Globals.
     pub globals: BTreeMap<String, String>,
-    /// Kinds of parameters: `struct`, `array`, `matrix`, `int`, `closure`.
+    /// Kinds of parameters: `struct`, `array`, `matrix`, `closure`.
     pub parameters: BTreeMap<String, String>,
     /// Kinds of shaders: `surface`, `displacement`, `volume`, `shader`.
     pub kinds: BTreeMap<String, String>,
     /// Why there are no includes.
     pub includes: Option<String>,
-    /// Why there is one output only.
-    pub outputs: Option<String>,
+}
+
+impl Lacks {
+    /// All of it: what, with the reason.
+    pub(crate) fn all(&self) -> BTreeMap<String, String> {
+        let Lacks {
+            all_closures,
+            only_closures,
+            closures,
+            functions,
+            noises,
+            globals,
+            parameters,
+            kinds,
+            includes,
+        } = self;
+        let one = |name: &str, why: &Option<String>| why.as_ref().map(|why| (name.to_string(), why.clone()));
+        let mut all: BTreeMap<String, String> = BTreeMap::new();
+        all.extend(one("closures", all_closures));
+        all.extend(one("#include", includes));
+        if !only_closures.is_empty() {
+            all.insert(
+                "other closures".to_string(),
+                format!("only {} have an effect", only_closures.join(", ")),
+            );
+        }
+        let named =
+            |list: &BTreeMap<String, String>, form: &dyn Fn(&str) -> String| -> Vec<(String, String)> {
+                list.iter().map(|(name, why)| (form(name), why.clone())).collect()
+            };
+        all.extend(named(closures, &str::to_string));
+        all.extend(named(functions, &|name| format!("{name}()")));
+        all.extend(named(noises, &|name| format!("noise(\"{name}\", …)")));
+        all.extend(named(globals, &str::to_string));
+        all.extend(named(parameters, &|name| format!("parameter: {name}")));
+        all.extend(named(kinds, &|name| format!("kind: {name}")));
+        all
+    }
 }
 
 /// The value of an attribute.
@@ -233,6 +308,32 @@ pub enum Value {
     Floats(Vec<f32>),
     /// A string.
     Text(String),
+}
+
+impl Attribute {
+    /// Its default; `None` if nothing answers in place of a scene.
+    pub fn value(&self) -> Option<Value> {
+        Value::read(&self.ty, self.default.as_ref()?)
+    }
+
+    /// Its default as text.
+    pub fn shown(&self) -> String {
+        self.value().map_or_else(String::new, |value| value.to_string())
+    }
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        fn list<T: std::fmt::Display>(values: &[T]) -> String {
+            let all: Vec<String> = values.iter().map(T::to_string).collect();
+            if all.len() == 1 { all.concat() } else { format!("({})", all.join(", ")) }
+        }
+        match self {
+            Value::Ints(values) => f.write_str(&list(values)),
+            Value::Floats(values) => f.write_str(&list(values)),
+            Value::Text(text) => write!(f, "\"{text}\""),
+        }
+    }
 }
 
 impl Value {

@@ -3,7 +3,7 @@
 //! Only tokens are looked at, before any preprocessing, so that a plain file costs one walk over its text.
 
 use crate::{Dialect, Dialects};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// The kind of a sign; the strongest comes last.
@@ -57,8 +57,8 @@ enum Token<'a> {
     Other(u8),
 }
 
-/// Words that are signs: the place of the dialect in the list, the kind, and the first token of the first argument
-/// of a call, if it matters.
+/// Words that are signs: the place of the dialect in the list, the kind, and the first token of the first
+/// argument of a call, if it matters.
 pub(crate) type Words = HashMap<String, Vec<(usize, Sign, Option<String>)>>;
 
 /// The words of some dialects.
@@ -87,8 +87,8 @@ struct Found {
 }
 
 impl Dialects {
-    /// The dialect of a text, if it shows one, and the strongest sign. Among dialects with equally strong signs,
-    /// the one with the most is chosen, then the first in the list.
+    /// The dialect of a text, if it shows one, and the strongest sign. Among dialects with equally strong
+    /// signs, the one with the most is chosen, then the first in the list.
     pub fn detect(&self, text: &str) -> Option<(Arc<Dialect>, Reason)> {
         let (tokens, offsets): (Vec<_>, Vec<_>) = Tokens { text, at: 0, line_start: true }.unzip();
         let mut found: Vec<Option<Found>> = self.list().iter().map(|_| None).collect();
@@ -127,16 +127,15 @@ impl Dialects {
         };
         match token(at) {
             Token::Include(name) => listed(&|d| &d.names.signs.includes, Sign::Include, name),
-            Token::Word("getattribute") => {
-                let inside =
-                    tokens.iter().skip(at + 1).take_while(|t| **t != Token::Other(b')')).take(MOST_ARGUMENTS);
-                for token in inside {
-                    if let Token::Text(name) = token {
-                        listed(&|d| &d.names.signs.attributes, Sign::Attribute, name);
+            Token::Word(name) => {
+                if name == "getattribute" {
+                    let inside = tokens.iter().skip(at + 1).take_while(|t| **t != Token::Other(b')'));
+                    for token in inside.take(MOST_ARGUMENTS) {
+                        if let Token::Text(name) = token {
+                            listed(&|d| &d.names.signs.attributes, Sign::Attribute, name);
+                        }
                     }
                 }
-            }
-            Token::Word(name) => {
                 match (before(1), before(2)) {
                     (Token::Word(ty), Token::Word("output")) if tokens.contains(&Token::Word("Ci")) => {
                         listed(&|d| &d.names.signs.outputs, Sign::Output, &format!("{ty} {name}"));
@@ -154,13 +153,41 @@ impl Dialects {
                     };
                     let called = || token(at + 1) == Token::Other(b'(') && !is_defined(tokens, name);
                     if *sign != Sign::Call || (called() && first.as_ref().is_none_or(first_is)) {
-                        found(*dialect, *sign, name);
+                        let quote =
+                            first.as_ref().map_or("", |first| if first.starts_with('"') { "\"" } else { "" });
+                        let first =
+                            first.as_ref().map_or(String::new(), |first| format!("({first}{quote}…)"));
+                        found(*dialect, *sign, &format!("{name}{first}"));
                     }
                 }
             }
             _ => {}
         }
     }
+}
+
+/// The functions and macros that a text defines or declares.
+pub fn declared(text: &str) -> BTreeSet<&str> {
+    let tokens: Vec<_> = Tokens { text, at: 0, line_start: true }.map(|(token, _)| token).collect();
+    tokens.windows(3).filter_map(definition).collect()
+}
+
+/// The words of a text, with their lines from 1.
+pub fn words_of(text: &str) -> impl Iterator<Item = (u32, &str)> {
+    let (mut line, mut from) = (1, 0);
+    Tokens { text, at: 0, line_start: true }.filter_map(move |(token, at)| {
+        line += text.get(from..at)?.matches('\n').count() as u32;
+        from = at;
+        if let Token::Word(word) = token { Some((line, word)) } else { None }
+    })
+}
+
+/// The words and strings of a text.
+pub(crate) fn names(text: &str) -> impl Iterator<Item = &str> {
+    Tokens { text, at: 0, line_start: true }.filter_map(|(token, _)| match token {
+        Token::Word(name) | Token::Text(name) => Some(name),
+        Token::Include(_) | Token::Other(_) => None,
+    })
 }
 
 /// Tokens of a call of `getattribute` that are looked at.
@@ -176,11 +203,17 @@ fn fits(pattern: &str, name: &str) -> bool {
 
 /// Whether a file defines the function or macro itself: a type before its name and its parameters.
 fn is_defined(tokens: &[Token<'_>], name: &str) -> bool {
-    tokens.windows(3).any(|w| match w {
-        [Token::Word(before), Token::Word(word), Token::Other(b'(')] => *word == name && *before != "return",
-        [Token::Word("define"), Token::Word(word), _] => *word == name,
-        _ => false,
-    })
+    tokens.windows(3).any(|window| definition(window) == Some(name))
+}
+
+/// The name of the function or macro that begins here.
+fn definition<'a>(window: &[Token<'a>]) -> Option<&'a str> {
+    match window {
+        [Token::Word("define"), Token::Word(name), _] => Some(name),
+        [Token::Word("return" | "else"), ..] => None,
+        [Token::Word(_), Token::Word(name), Token::Other(b'(')] => Some(name),
+        _ => None,
+    }
 }
 
 /// The tokens of a text, with their offsets: words, strings, names of included files, and other characters.

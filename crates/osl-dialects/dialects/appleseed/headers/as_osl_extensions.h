@@ -1,0 +1,3 @@
+// The closures of appleseed are in the prelude.
+
+#include "appleseed.h"
