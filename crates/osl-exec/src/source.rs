@@ -5,6 +5,7 @@ use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const, Kind};
 use osl_ir::types::Type;
 use osl_numeric::geometry::{cross, dot};
+use std::sync::Arc;
 
 /// A named datum of a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,17 +18,19 @@ pub struct Datum {
     pub derivs: [f32; 2],
     /// What its name stands for if the shader requests a value of another type.
     pub other: Option<Box<Datum>>,
+    /// What answers in place of a scene that has no such datum, as text for a note.
+    pub instead: Option<Arc<str>>,
 }
 
 impl Datum {
     /// A constant value.
     pub fn one(value: Const) -> Datum {
-        Datum { values: vec![value], array: false, derivs: [0.0; 2], other: None }
+        Datum { values: vec![value], array: false, derivs: [0.0; 2], other: None, instead: None }
     }
 
     /// An array.
     pub fn array(values: Vec<Const>) -> Datum {
-        Datum { values, array: true, derivs: [0.0; 2], other: None }
+        Datum { values, array: true, derivs: [0.0; 2], other: None, instead: None }
     }
 
     /// The same, with a datum for requests that its own types do not suit.
@@ -38,6 +41,14 @@ impl Datum {
             last = &mut datum.other;
         }
         *last = Some(Box::new(other));
+        self
+    }
+
+    /// The same for all its types, with what answers in place of a scene.
+    #[must_use]
+    pub fn instead(mut self, text: Arc<str>) -> Datum {
+        self.other = self.other.map(|other| Box::new(other.instead(text.clone())));
+        self.instead = Some(text);
         self
     }
 

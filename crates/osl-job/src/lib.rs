@@ -22,6 +22,7 @@ pub mod report;
 pub mod request;
 mod session;
 pub mod source;
+mod spoken;
 
 pub use event::{Event, Meter, Meters, NoSink, Sink};
 pub use failure::Failure;
@@ -29,3 +30,4 @@ pub use message::{Message, Place, Severity};
 pub use picture::{Done, First};
 pub use request::Image;
 pub use session::{Session, Snapshot};
+pub use spoken::Spoken;

@@ -6,6 +6,7 @@
 
 use crate::host::{Disk, Host};
 use crate::open::Open;
+use crate::spoken::Spoken;
 use osl_files::Stamp;
 use osl_hir::hir;
 use osl_image::TextureCache;
@@ -127,6 +128,8 @@ impl<T: Clone> Entry<T> {
 pub(crate) struct Source {
     /// The files.
     pub(crate) sources: SourceMap,
+    /// The dialect of the shader; of a group, that of the last shader that has one.
+    pub(crate) spoken: Option<Spoken>,
     /// Its diagnostics, judged by the warnings that the request asks for.
     pub(crate) list: Vec<Diagnostic>,
     /// What was resolved; nothing if there are errors.

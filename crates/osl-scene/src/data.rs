@@ -1,9 +1,11 @@
 //! Points with additional data: user data and attributes by name.
 
+use crate::answers::{Answer, Answers, At, Place, components};
 use osl_exec::{Blocks, Datum, PointSource, left_handed};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Data that are the same at all points: globals, and data by name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,6 +19,10 @@ pub struct Data {
     pub attributes: BTreeMap<String, Datum>,
     /// Attributes of objects, by object and name.
     pub objects: BTreeMap<String, BTreeMap<String, Datum>>,
+    /// Answers to attributes that neither these data nor the points have.
+    pub answers: Arc<Answers>,
+    /// Where the surface of the points is.
+    pub place: Place,
 }
 
 impl Data {
@@ -31,6 +37,26 @@ impl Data {
             Some(at) => datum.element(at),
         };
         [first, second].into_iter().flatten().filter_map(found).reduce(Datum::or)
+    }
+
+    /// The answer to an attribute of a point, after what is known of it.
+    pub fn answered(
+        &self,
+        known: Option<Datum>,
+        (object, name, element): (&str, &str, Option<usize>),
+        at: &At<'_>,
+    ) -> Option<Datum> {
+        let answer = self.answers.find(object, name).and_then(|answer| {
+            let datum = match answer {
+                Answer::Same(datum) => datum.clone(),
+                Answer::Point(of, floats) => of.datum(*floats, self.answers.types, at, &self.place),
+            };
+            self.answers.part(datum, element)
+        });
+        match (known, answer) {
+            (Some(known), Some(answer)) => Some(known.or(answer)),
+            (known, answer) => known.or(answer),
+        }
     }
 }
 
@@ -90,7 +116,28 @@ impl<S: PointSource> PointSource for WithData<S> {
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
         let own = self.data.find(object, name, element);
-        own.or_else(|| self.points.attribute(object, name, element, point))
+        let known = own.or_else(|| self.points.attribute(object, name, element, point));
+        let global = |global: Global| {
+            if !self.points.varying().contains(&global) {
+                return self.uniform(global);
+            }
+            let mut lanes = [0.0; 3];
+            self.points.fill(global, point, 1, &mut lanes[..components(global)]);
+            lanes
+        };
+        let change = |global: Global, axis: Axis| {
+            let mut lanes = [0.0; 3];
+            match self.points.varying_derivs().contains(&global) {
+                true => self.points.fill_deriv(global, axis, point, 1, &mut lanes[..components(global)]),
+                false => lanes = self.points.deriv(global, axis),
+            }
+            lanes
+        };
+        self.data.answered(
+            known,
+            (object, name, element),
+            &At { global: &global, change: &change, index: point },
+        )
     }
 
     fn attribute_global(&self, object: &str, name: &str, element: Option<usize>) -> Option<Global> {
@@ -99,8 +146,13 @@ impl<S: PointSource> PointSource for WithData<S> {
     }
 
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        if let Some(Answer::Point(..)) = self.data.answers.find(object, name) {
+            return false;
+        }
         self.data.find(object, name, element).is_some()
             || self.points.attribute_is_shared(object, name, element)
+            || (self.data.answers.find(object, name).is_some()
+                && self.points.attribute(object, name, element, 0).is_none())
     }
 }
 

@@ -8,6 +8,7 @@
 //! A source provides a shader's globals at its points, in common space. This crate must not know the
 //! terminal, files or what a shader computes.
 
+pub mod answers;
 pub mod bsdf;
 pub mod camera;
 mod camera_facts;

@@ -20,6 +20,17 @@ struct Asked {
     is_parameter: bool,
 }
 
+/// What a note says about an attribute of a point.
+#[derive(Clone, PartialEq)]
+enum Answered {
+    /// There is no value.
+    Not,
+    /// There is a value of another type only.
+    OtherType,
+    /// Something answers in place of the scene.
+    Instead(Arc<str>),
+}
+
 impl<A: ArithmeticImpl> Machine<'_, A> {
     pub(super) fn attribute(&mut self, kind: Kind, count: u8, step: &KernelStep, mask: &Mask) {
         let values = usize::from(count).max(1);
@@ -42,8 +53,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             let Some(Asked { object, name, element, .. }) = &asked else { return };
             let answer = self.source.attribute(object, name, *element, self.first + lane);
             let datum = answer.as_ref().and_then(|datum| datum.of_type(kind, count.into()));
-            if datum.is_none() {
-                missing.push((lane, answer.is_some()));
+            match (datum, &answer) {
+                (None, None) => missing.push((lane, Answered::Not)),
+                (None, Some(_)) => missing.push((lane, Answered::OtherType)),
+                (Some(datum), _) => {
+                    missing.extend(datum.instead.clone().map(|by| (lane, Answered::Instead(by))));
+                }
             }
             self.set_bits(*found, lane, datum.is_some().into());
             for (index, out) in outs.iter().enumerate() {
@@ -59,8 +74,8 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             }
             if is_single && self.source.attribute_is_shared(object, name, *element) {
                 step.outs.iter().for_each(|out| self.broadcast_lane(*out, lane));
-                if let Some((_, typed)) = missing.pop() {
-                    missing.extend(self.active(mask).into_iter().map(|lane| (lane, typed)));
+                if let Some((_, answered)) = missing.pop() {
+                    self.note_answer(asked.as_ref(), &answered, self.active(mask));
                 }
                 break;
             }
@@ -138,21 +153,33 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         Some(Asked { object: text(object), name: text(name), element, is_parameter })
     }
 
-    /// Notes the lanes at which an attribute is not answered, each with whether there is a value of another
-    /// type.
-    fn note_missing(&mut self, asked: Option<&Asked>, missing: &mut Vec<(usize, bool)>) {
-        if missing.is_empty() {
-            return;
+    /// Notes the lanes at which an attribute has no answer of the scene.
+    fn note_missing(&mut self, asked: Option<&Asked>, missing: &mut Vec<(usize, Answered)>) {
+        while let Some((_, first)) = missing.first() {
+            let first = first.clone();
+            let lanes = missing.extract_if(.., |(_, answered)| *answered == first).map(|(lane, _)| lane);
+            let lanes: Vec<usize> = lanes.collect();
+            self.note_answer(asked, &first, lanes);
         }
-        let found = std::mem::take(missing);
+    }
+
+    /// Notes what is special about the answer at some lanes.
+    fn note_answer(
+        &mut self,
+        asked: Option<&Asked>,
+        answered: &Answered,
+        lanes: impl IntoIterator<Item = usize>,
+    ) {
         let Some(Asked { object, name, .. }) = asked.filter(|asked| !asked.is_parameter) else { return };
         let of = if object.is_empty() { String::new() } else { format!("\"{object}\", ") };
-        for (typed, why) in [(false, ""), (true, ": its value has another type")] {
-            let first = self.first;
-            let points = found.iter().filter(|(_, own)| *own == typed).map(|(lane, _)| first + lane);
-            let text = format!("getattribute {of}\"{name}\" is not answered{why}");
-            self.messages.add(points, Message::note(text));
-        }
+        let what = match answered {
+            Answered::Not => "not answered".to_string(),
+            Answered::OtherType => "not answered: its value has another type".to_string(),
+            Answered::Instead(by) => format!("answered by {by}"),
+        };
+        let first = self.first;
+        let text = format!("getattribute {of}\"{name}\" is {what}");
+        self.messages.add(lanes.into_iter().map(|lane| first + lane), Message::note(text));
     }
 
     /// Gives all lanes the value of one of them.

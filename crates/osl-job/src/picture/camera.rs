@@ -91,7 +91,7 @@ impl CameraShader {
         let values = [("message", message.to_string()), ("given", given.to_string())];
         let links: Vec<_> = outputs.links.iter().map(|(from, to)| (from.as_str(), *to)).collect();
         let body = followed(loaded, "camera_ray", &values, &links, image)?;
-        let data = lens::in_all_forms(data::read(image)?);
+        let data = lens::in_all_forms(data::read(image, None)?);
         Ok(CameraShader { convention: outputs.convention, body, folder: loaded.folder.clone(), data })
     }
 

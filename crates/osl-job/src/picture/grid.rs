@@ -81,7 +81,7 @@ pub(super) fn run(
     sink: &mut dyn Sink,
 ) -> Result<Done, Failure> {
     let Start { plan, started, first, mut reads } = start;
-    let points = WithData { data: data::read(image)?, points: points(image) };
+    let points = WithData { data: data::read(image, loaded.spoken.as_ref())?, points: points(image) };
     let services = services(image, loaded.folder.clone(), grid_spaces(image));
     let tapped = output::has_closure(&loaded.body, &loaded.tapped);
     if tapped && plan != Plan::Plain {

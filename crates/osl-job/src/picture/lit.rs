@@ -17,12 +17,14 @@ use crate::report::rays;
 use crate::request::bounds::displayed;
 use crate::request::values::STDOUT;
 use crate::request::{Image, Light};
+use crate::source::dialect::{self, Role};
 use crate::source::load::LoadedShader;
 use osl::stages;
 use osl_exec::{PointSource, Program, Services};
 use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_lower::Requests;
+use osl_scene::Data;
 use osl_scene::glam::{Vec2, Vec3};
 use osl_scene::render::{self, Ground, Material, Object, Picture, RenderOptions, World};
 use osl_scene::shape::Surface;
@@ -64,7 +66,9 @@ pub(super) fn run(
     };
     let closure: Arc<str> = roles.closure.as_deref().unwrap_or("Ci").into();
     let job = Job::new(image, &loaded, roles.displace.clone(), sink.meters())?.with_edges(EDGE);
-    let mut staged = Staged { image, job, camera, closure };
+    let through = dialect::output_for(Role::Transparency, loaded.spoken.as_ref(), &loaded.program);
+    let through = through.filter(|_| roles.closure.is_some()).map(Arc::from);
+    let mut staged = Staged { image, job, camera, closure, through };
     let threads = image.running.threads;
     let world = setup::on_threads(threads, || staged.world(&body))??;
     let prepared = started.elapsed();
@@ -195,11 +199,11 @@ fn material(loaded: &mut LoadedShader, roles: &Roles, image: &Image) -> Result<B
     followed(loaded, "preview_material", values.as_slice(), &links, image)
 }
 
-/// The program that computes the closure of a body.
-fn program(body: &Body, closure: &Arc<str>, image: &Image) -> Program {
+/// The program that computes the closure of a body, and another output.
+fn program(body: &Body, closure: &Arc<str>, other: Option<&Arc<str>>, image: &Image) -> Program {
     let points = SurfacePoints::default();
     let options = passes::Options {
-        outputs: Some(vec![closure.clone()]),
+        outputs: Some(other.into_iter().chain([closure]).cloned().collect()),
         varying: points.varying().to_vec(),
         derivs: points.varying_derivs().to_vec(),
         without: image.running.without_pass.clone(),
@@ -224,6 +228,8 @@ struct Staged<'a> {
     camera: Option<CameraShader>,
     /// The output that is the closure of the surface.
     closure: Arc<str>,
+    /// The output that lets light through.
+    through: Option<Arc<str>>,
 }
 
 impl Staged<'_> {
@@ -237,6 +243,7 @@ impl Staged<'_> {
         }
         let displacement = self.job.displacement()?;
         let (bounds, reach) = self.job.whole()?;
+        self.job.place();
         let mut stage = Stage { bounds, reach };
         let mut view =
             stage.camera(self.image.points.surface.eye, resolution).view().map_err(Failure::new)?;
@@ -247,12 +254,17 @@ impl Staged<'_> {
             view = stage.camera(self.image.points.surface.eye, resolution).view().map_err(Failure::new)?;
         }
         let stretch = [Vec2::from(self.image.points.uv_scale), Vec2::from(self.image.points.uv_offset)];
+        let services = self.job.services(&view, stage.reach);
+        let data = self.job.see(&services).clone();
+        let [seen, lean] = [(); 2].map(|()| program(body, &self.closure, self.through.as_ref(), self.image));
         let material = Material {
-            program: program(body, &self.closure, self.image),
-            lean: program(body, &self.closure, self.image),
-            services: self.job.services(&view, stage.reach),
+            program: seen,
+            lean,
+            services,
             color: None,
             stretch: (stretch != [Vec2::ONE, Vec2::ZERO]).then_some(stretch),
+            through: self.through.clone(),
+            data,
         };
         let ground = Ground { point: stage.floor(), normal: Vec3::Y, material: 1 };
         Ok(World {
@@ -275,8 +287,17 @@ impl Staged<'_> {
         let scale = SQUARES / reach.max(f32::MIN_POSITIVE);
         let body = alone("preview_floor", vec![("scale".to_string(), scale.to_string())])?;
         let services = Services { ray: self.image.provided.ray.clone(), ..Services::default() };
-        let [first, second] = [(); 2].map(|()| self::program(&body, &"Ci".into(), self.image));
-        Ok(Material { program: first, lean: second, services, color: None, stretch: None })
+        let [first, second] = [(); 2].map(|()| self::program(&body, &"Ci".into(), None, self.image));
+        let data = Data::default();
+        Ok(Material {
+            program: first,
+            lean: second,
+            services,
+            color: None,
+            stretch: None,
+            through: None,
+            data,
+        })
     }
 }
 

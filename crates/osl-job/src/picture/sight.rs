@@ -16,6 +16,7 @@ use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::passes;
 use osl_ir::types::{Base, Type};
 use osl_limits::Limits;
+use osl_scene::answers::Place;
 use osl_scene::camera::View;
 use osl_scene::displace::{Displacement, displace};
 use osl_scene::glam::{Mat4, Vec2, Vec3};
@@ -104,7 +105,7 @@ impl<'a> Job<'a> {
             return Err(Failure::usage("--uv-scale is not to be 0 on a surface"));
         }
         image.provided.globals.check(SurfacePoints::default().varying())?;
-        let data = data::read(image)?;
+        let data = data::read(image, loaded.spoken.as_ref())?;
         // The rows for row vectors are the columns for column vectors.
         let to_common = image.provided.object_space.as_deref().map_or(Mat4::IDENTITY, Mat4::from_cols_array);
         Ok(Job {
@@ -248,6 +249,7 @@ impl<'a> Job<'a> {
     ) -> Result<(View, render::Body, Services), Failure> {
         let (width, height) = self.image.points.grid;
         let (bounds, reach) = self.whole()?;
+        self.place();
         let camera = camera_for(&bounds, reach, self.image.points.surface.eye, [width, height]);
         let mut view = camera.view().map_err(Failure::new)?;
         let services = self.services(&view, reach);
@@ -263,6 +265,7 @@ impl<'a> Job<'a> {
             view = camera.view().map_err(Failure::new)?;
         }
         let services = self.services(&view, surface.reach());
+        self.see(&services);
         Ok((view, surface, services))
     }
 
@@ -295,6 +298,23 @@ impl<'a> Job<'a> {
     fn placed(&self, shape: Shape) -> Result<Placed, Failure> {
         Placed::new(shape, self.to_common)
             .ok_or_else(|| Failure::usage("--object-space is to be a matrix that can be inverted"))
+    }
+
+    /// Notes where the surface is, for its data.
+    pub fn place(&mut self) {
+        let bounds = match &self.shape {
+            Source::Shape(shape) => Placed::new(*shape, Mat4::IDENTITY).map(|placed| placed.bounds()),
+            Source::Mesh(mesh) => Some(Bounds::of(mesh.positions.iter().copied())),
+        };
+        let place = Place { to_common: self.to_common, ..Place::default() };
+        self.data.place = Place { bounds: bounds.unwrap_or(place.bounds), ..place };
+    }
+
+    /// Notes how the surface is seen, and returns its data.
+    pub fn see(&mut self, services: &Services) -> &Data {
+        let window = services.spaces.matrix("common", "NDC").ok();
+        self.data.place.to_window = window.map(|matrix| Mat4::from_cols_array(&matrix));
+        &self.data
     }
 
     /// The visible surface, displaced if requested.

@@ -6,12 +6,17 @@ use osl_ir::types::Type;
 use osl_syntax::spelling::closest;
 use std::collections::BTreeMap;
 
+/// Frames per second, unless the client says otherwise.
+pub const FPS: f64 = 24.0;
+
 /// Globals with a value of their own. Globals that differ from point to point belong to the grid or the
 /// surface.
 #[derive(Clone, Debug, Default)]
 pub struct GlobalValues {
     /// The value of `time`, in seconds.
     pub time: Option<f32>,
+    /// The frame of a film, if the picture is one.
+    pub frame: Option<u32>,
     /// The values of others.
     pub global: Vec<GlobalValue>,
 }
@@ -80,6 +85,16 @@ impl GlobalValues {
                 given.global.name()
             ))),
         }
+    }
+
+    /// The value of `time`, in seconds.
+    pub fn seconds(&self) -> f32 {
+        self.values().get(&Global::Time).map_or(0.0, |time| time[0])
+    }
+
+    /// The frame: that of a film, else the time at [`FPS`].
+    pub fn frame(&self) -> f32 {
+        self.frame.map_or_else(|| self.seconds() * FPS as f32, |frame| frame as f32)
     }
 
     /// Whether the time is set.

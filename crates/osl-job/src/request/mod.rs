@@ -52,6 +52,10 @@ pub struct Reading {
     pub version: Option<Version>,
     /// How far an `#include` may lead.
     pub reach: Reach,
+    /// The dialect of all files; without it, the one that each file shows.
+    pub dialect: Option<String>,
+    /// Folders of further dialects.
+    pub dialect_path: Vec<PathBuf>,
     /// The limits of all work for the request.
     pub limits: Limits,
     /// Where files come from, and what was read before.
@@ -62,6 +66,12 @@ impl Reading {
     /// Files of the disk, within limits.
     pub fn within(limits: &Limits) -> Reading {
         Reading { limits: limits.clone(), ..Reading::default() }
+    }
+
+    /// The same without any dialect, as the reference's tools read.
+    #[must_use]
+    pub fn plain(self) -> Reading {
+        Reading { dialect: Some(osl_dialects::NONE.to_string()), ..self }
     }
 }
 

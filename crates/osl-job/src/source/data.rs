@@ -1,9 +1,11 @@
 //! `--userdata` and `--attributes`: the named data of surfaces and objects; with the globals of
 //! `--global`.
 
+use super::dialect;
 use super::input;
 use crate::Failure;
 use crate::request::{Image, Reading};
+use crate::spoken::Spoken;
 use osl_exec::Datum;
 use osl_ir::ir::{Body, Const, Kernel, Kind, Op, ValueId};
 use osl_ir::passes;
@@ -11,14 +13,17 @@ use osl_limits::Limits;
 use osl_lower::group::{Group, Rules};
 use osl_numeric::matrix::diagonal;
 use osl_scene::Data;
+use osl_scene::answers::Place;
+use osl_scene::glam::Vec2;
+use osl_scene::mesh::Bounds;
 use osl_syntax::spelling::closest;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Reads the values on the command line and the attribute file.
-pub fn read(image: &Image) -> Result<Data, Failure> {
+/// Reads the values on the command line and the attribute file, with the answers of a dialect.
+pub fn read(image: &Image, spoken: Option<&Spoken>) -> Result<Data, Failure> {
     let read = &image.shader.read;
     let mut data = match image.provided.attributes.as_deref() {
         Some(path) => read.snapshot.keep(
@@ -29,6 +34,9 @@ pub fn read(image: &Image) -> Result<Data, Failure> {
         None => Data::default(),
     };
     data.globals = image.provided.globals.values();
+    data.answers =
+        spoken.map(|spoken| Arc::new(dialect::answers(&spoken.dialect, image))).unwrap_or_default();
+    data.place = patch(image);
     for (name, text) in &image.provided.userdata {
         data.user.insert(name.clone(), user_datum(text));
     }
@@ -61,6 +69,14 @@ fn attributes(path: &Path, read: &Reading) -> Result<Data, Failure> {
         }
     }
     Ok(data)
+}
+
+/// Where the grid is.
+fn patch(image: &Image) -> Place {
+    let (scale, offset) = (Vec2::from(image.points.uv_scale), Vec2::from(image.points.uv_offset));
+    let (first, last) = (offset, offset + scale);
+    let bounds = Bounds { min: first.min(last).extend(1.0), max: first.max(last).extend(1.0) };
+    Place { bounds, ..Place::default() }
 }
 
 fn no_value(name: &str) -> String {

@@ -1,8 +1,10 @@
 //! Where the shaders of a group or a scene are found.
 
+use super::dialect;
 use super::{input, nodes, repair};
 use crate::host::{self, Within};
 use crate::request::Reading;
+use crate::spoken::Spoken;
 use osl::stages::ShaderFiles;
 use osl_files::{FileError, Roots};
 use osl_syntax::encoding::{self, Decoded};
@@ -19,6 +21,8 @@ pub struct Folders<'a> {
     roots: Roots,
     includes: input::Files,
     read: &'a Reading,
+    /// The dialects of the shaders that were opened.
+    spoken: RefCell<Vec<Spoken>>,
     /// Whether to insert missing brackets; collects the edits.
     repair: Option<RefCell<Vec<repair::Edits>>>,
 }
@@ -38,12 +42,18 @@ impl<'a> Folders<'a> {
         more.iter().for_each(|folder| includes.also(folder));
         let mut roots = Roots::default().or_anywhere(anywhere);
         folders.iter().for_each(|folder| read.snapshot.host().permit(folder, false, &mut roots));
-        Folders { own: None, folders, roots, includes, read, repair: repair.then(RefCell::default) }
+        let spoken = RefCell::default();
+        Folders { own: None, folders, roots, includes, spoken, read, repair: repair.then(RefCell::default) }
     }
 
     /// The same, with a file that the user named as a shader.
     pub(super) fn with(self, own: Option<PathBuf>) -> Folders<'a> {
         Folders { own, ..self }
+    }
+
+    /// The dialects of the shaders that were opened, in order.
+    pub fn spoken(&self) -> Vec<Spoken> {
+        self.spoken.borrow().clone()
     }
 
     /// The edits of the shaders that were repaired.
@@ -73,9 +83,14 @@ impl<'a> Folders<'a> {
         self.includes.note(&name, foreign);
         // The folder of a shader that may be read is one for its includes.
         self.includes.also(path.parent().unwrap_or(Path::new("")));
+        let spoken = dialect::of(&text, self.read).map_err(|failure| failure.text)?;
+        self.includes.speak(spoken.clone());
+        if let Some(spoken) = spoken {
+            self.spoken.borrow_mut().push(spoken);
+        }
         let Some(edits) = &self.repair else { return Ok((name, text)) };
         let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
-        let mut input = input::input(name, text, main, self.read);
+        let mut input = input::input(name, text, main, self.read).map_err(|failure| failure.text)?;
         edits.borrow_mut().extend(repair::apply(&mut input, None).map_err(|failure| failure.text)?);
         Ok((input.name, input.text))
     }
@@ -98,7 +113,10 @@ impl ShaderFiles for Folders<'_> {
         match host::first(places, |path| host.read(path, Within::Roots(&self.roots), most)) {
             Ok((path, bytes)) => self.take(&path, bytes),
             Err(FileError::NotFound) => match nodes::find(shader) {
-                Some(text) => Ok((format!("{shader}.osl (built in)"), text.to_string())),
+                Some(text) => {
+                    self.includes.speak(None);
+                    Ok((format!("{shader}.osl (built in)"), text.to_string()))
+                }
                 None => Err(self.not_found(shader)),
             },
             Err(FileError::Outside) => {

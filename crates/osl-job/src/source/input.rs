@@ -1,8 +1,10 @@
 //! Reads source files and their includes from the host.
 
+use super::dialect;
 use crate::Failure;
 use crate::host::{self, Host, STDIN, Within};
 use crate::request::{Reach, Reading};
+use crate::spoken::Spoken;
 use osl_files::{FileError, Roots};
 use osl_syntax::Options;
 use osl_syntax::encoding::{self, Decoded, Foreign};
@@ -11,6 +13,9 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Number of folders above that of the main file in which headers are searched for.
+const ABOVE: usize = 3;
 
 /// Finds included files: first in the folder of the including file, then in that of the main file, then in
 /// the folders of `-I`. [`Reach`] says which files it may find.
@@ -28,6 +33,8 @@ pub struct Files {
     host: Arc<dyn Host>,
     /// Maximum bytes of a file.
     most: u64,
+    /// The dialect of the main file, which has a prelude and headers.
+    spoken: RefCell<Option<Spoken>>,
 }
 
 impl Files {
@@ -41,6 +48,16 @@ impl Files {
     pub fn or_anywhere(self, anywhere: bool) -> Files {
         let lift = |roots: RefCell<Roots>| RefCell::new(roots.into_inner().or_anywhere(anywhere));
         Files { shown: lift(self.shown), roots: lift(self.roots), ..self }
+    }
+
+    /// Sets the dialect of the main file.
+    pub fn speak(&self, spoken: Option<Spoken>) {
+        *self.spoken.borrow_mut() = spoken;
+    }
+
+    /// The dialect of the main file.
+    pub fn spoken(&self) -> Option<Spoken> {
+        self.spoken.borrow().clone()
     }
 
     /// Remembers how a file has its text.
@@ -87,7 +104,18 @@ impl SourceProvider for Files {
     fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String> {
         let beside = Path::new(from).parent().filter(|_| quoted).map(Path::to_path_buf);
         let folders = beside.into_iter().chain([self.main.clone()]).chain(self.folders.iter().cloned());
-        self.first(folders, name)
+        let found = self.first(folders, name);
+        if !is_missing(&found) {
+            return found;
+        }
+        // Files of one collection may be named from its root.
+        let above = (1..=ABOVE).map(|n| self.main.join("../".repeat(n)));
+        if let Ok(found) = self.first(above.filter(|_| self.reach == Reach::Project), name) {
+            return Ok(found);
+        }
+        let spoken = self.spoken.borrow();
+        let header = spoken.as_ref().and_then(|spoken| Some((spoken, spoken.dialect.header(name)?)));
+        header.map_or(found, |(spoken, text)| Ok((spoken.named(name), text.into())))
     }
 
     fn about(&self, name: &str) -> About {
@@ -100,11 +128,23 @@ impl SourceProvider for Files {
         folders.flat_map(|folder| names_in(&*self.host, &folder, "h")).collect()
     }
 
-    /// The first `stdosl.h` in the folders of `-I`, since vendors extend it.
+    /// The first `stdosl.h` in the folders of `-I`, since vendors extend it; else the prelude of the dialect,
+    /// from these folders or its own.
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
-        let missing = include_error(FileError::NotFound);
-        Some(self.first(self.folders.iter().cloned(), "stdosl.h")).filter(|found| *found != Err(missing))
+        let own =
+            |name: &str| Some(self.first(self.folders.iter().cloned(), name)).filter(|f| !is_missing(f));
+        own("stdosl.h").or_else(|| {
+            let spoken = self.spoken.borrow();
+            let spoken = spoken.as_ref()?;
+            let (name, text) = spoken.dialect.prelude()?;
+            own(name).or_else(|| Some(Ok((spoken.named(name), text.into()))))
+        })
     }
+}
+
+/// Whether a file was searched for without success.
+fn is_missing(found: &Result<(String, Arc<str>), String>) -> bool {
+    found.as_ref().is_err_and(|why| *why == include_error(FileError::NotFound))
 }
 
 /// The names of the files in a folder with this extension, in order.
@@ -155,19 +195,25 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Input, Failure> {
     let name = if is_stdin { "<standard input>".to_string() } else { path.display().to_string() };
     let decoded = read_source(path, reading).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
     let main = path.parent().filter(|_| !is_stdin).map(Path::to_path_buf).unwrap_or_default();
-    Ok(decoded_input(name, decoded, main, reading))
+    decoded_input(name, decoded, main, reading)
 }
 
 /// A text with its name and the folder of its includes.
-pub fn input(name: String, text: String, main: PathBuf, reading: &Reading) -> Input {
+///
+/// # Errors
+/// Those of [`dialect::of`].
+pub fn input(name: String, text: String, main: PathBuf, reading: &Reading) -> Result<Input, Failure> {
     decoded_input(name, Decoded { text, foreign: None }, main, reading)
 }
 
-fn decoded_input(name: String, decoded: Decoded, main: PathBuf, reading: &Reading) -> Input {
+fn decoded_input(name: String, decoded: Decoded, main: PathBuf, reading: &Reading) -> Result<Input, Failure> {
     let Decoded { text, foreign } = decoded;
     let files = includes(&main, reading);
     files.note(&name, foreign);
-    Input { name, text, foreign, files, options: options(reading) }
+    files.speak(dialect::of(&text, reading)?);
+    let infinite = files.spoken().is_some_and(|spoken| spoken.dialect.names.quirks.infinite_quotients);
+    let options = Options { infinite_quotients: infinite, ..options(reading) };
+    Ok(Input { name, text, foreign, files, options })
 }
 
 /// The search for the includes of a file in a folder.
@@ -188,6 +234,7 @@ pub fn searched(main: &Path, reading: &Reading) -> Files {
         about: RefCell::default(),
         host: reading.snapshot.host().clone(),
         most: reading.limits.reading.file_bytes,
+        spoken: RefCell::default(),
     };
     let permit = |folder: &Path, roots: &RefCell<Roots>| {
         files.host.permit(folder, false, &mut roots.borrow_mut());

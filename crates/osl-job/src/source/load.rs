@@ -1,11 +1,13 @@
 //! Loads a shader file, or a group from a file, a text or the command line, up to the lowered body.
 
+use super::dialect;
 use super::folders::Folders;
 use super::{data, input, levels, repair};
 use crate::event::{Event, Sink};
 use crate::open;
 use crate::request::{Image, Lints, Network, Reading};
 use crate::session::{Resolved, Source};
+use crate::spoken::Spoken;
 use crate::{Failure, NoSink};
 use osl::stages::{self, CompileError};
 use osl_hir::hir;
@@ -57,6 +59,8 @@ pub struct LoadedShader {
     given: ParamValues,
     /// The source, and a text that decides the body together with it; none if programs are not kept.
     pub(crate) kept: Option<(Arc<Source>, String)>,
+    /// The dialect of the shader; of a group, that of the last shader that has one.
+    pub spoken: Option<Spoken>,
 }
 
 impl LoadedShader {
@@ -129,6 +133,8 @@ pub struct Request<'a> {
     pub allow_files: bool,
     /// The number of points to run.
     pub points: usize,
+    /// The time in seconds, and the frame.
+    pub time: (f32, f32),
     /// Whether notes have the derivatives of variables.
     pub note_derivs: bool,
     /// Whether parameters may be inputs of the program, and the program may be kept.
@@ -154,6 +160,7 @@ impl Request<'_> {
             write: shader.write.as_deref(),
             allow_files: shader.allow_files,
             points: image.size().0.saturating_mul(image.size().1),
+            time: (image.provided.globals.seconds(), image.provided.globals.frame()),
             note_derivs: false,
             opens: false,
         }
@@ -233,6 +240,9 @@ fn load_as(request: &Request<'_>, notes: bool, sink: &mut dyn Sink) -> Result<Lo
         Some(path) if request.network.is_empty() && !is_group => shader(path, request, notes, sink),
         _ => group(request, is_group, notes, sink),
     }?;
+    if let Some(spoken) = &loaded.spoken {
+        dialect::send(spoken, sink);
+    }
     if !request.userdata.is_empty() {
         let limits = &request.read.limits;
         for warning in data::unused(request.userdata, &loaded.body, &loaded.group(limits), limits) {
@@ -259,17 +269,21 @@ fn shader(
         CompileError::Param(e) => Failure::new(e),
         CompileError::Program(list) => told(&list, &source.sources, sink),
     };
+    let mut values = dialect::timed(source.spoken.as_ref(), program, request.params, request.time);
+    // Values that come with the time are not those of the request.
+    let opens = request.opens && values.is_empty();
+    values.extend(request.params.iter().cloned());
     let mut taps = taps(request.taps, &[(program, 0)], &source.sources)?;
     let wanted = taps.len();
     taps.extend(request.more_taps.map(|more| more(program, &source.sources)).unwrap_or_default());
     let requests = Requests { taps, ..requests(Vec::new(), request) };
-    let lower = |requests: &Requests| stages::lower_for(program, request.params, requests);
-    let opened = request.opens.then(|| {
+    let lower = |requests: &Requests| stages::lower_for(program, &values, requests);
+    let opened = opens.then(|| {
         let wanted = (source.clone() as Arc<dyn Any + Send + Sync>, wish(request));
         open::body(&request.read.snapshot, wanted, (program, request.params), &requests)
     });
     let opened = opened.flatten();
-    let kept = request.opens.then(|| {
+    let kept = opens.then(|| {
         let open = opened.as_ref().map_or(&[][..], |(open, _)| open);
         let is_fixed = |(name, _): &&(String, String)| !open.contains(name);
         let fixed: Vec<_> = request.params.iter().filter(is_fixed).collect();
@@ -281,7 +295,7 @@ fn shader(
     let (body, noted) = lowered.map_err(failed)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     let mut given = ParamValues::default();
-    for (name, text) in request.params {
+    for (name, text) in &values {
         params::set(program, &mut given, name, text).map_err(Failure::new)?;
         if let Some(doubt) = params::doubt(program, name, text) {
             sink.event(Event::Doubt(&doubt));
@@ -292,12 +306,27 @@ fn shader(
     let folder = TextureFiles { folder, typed: strings(program, &given).collect() };
     let name = program.shader.name.clone();
     let (sources, program) = (source.sources.clone(), (**program).clone());
+    let spoken = source.spoken.clone();
     let (wanted, more) = requests.taps.split_at(wanted);
     let mut tapped = names_of(wanted, &body);
     // A function that is not called has none of the taps that were found in it.
     let exists = |name: &Arc<str>| body.outputs.iter().any(|output| output.name == *name);
     tapped.extend(names_of(more, &body).into_iter().filter(exists));
-    Ok(LoadedShader { sources, body, name, folder, program, texts, tapped, noted, layers: None, given, kept })
+    let layers = None;
+    Ok(LoadedShader {
+        sources,
+        body,
+        name,
+        folder,
+        program,
+        texts,
+        tapped,
+        noted,
+        layers,
+        given,
+        kept,
+        spoken,
+    })
 }
 
 /// What a request wants of its source, except the values of parameters.
@@ -318,6 +347,7 @@ fn read(path: &Path, request: &Request<'_>, sink: &mut dyn Sink) -> Result<Sourc
     let list = levels::judge(&checked, Level::Always, request.lints, &request.read.limits);
     Ok(Source {
         sources: checked.sources,
+        spoken: input.files.spoken(),
         list,
         resolved: checked.program.map(|program| Resolved::Shader(Box::new(program))),
     })
@@ -326,8 +356,18 @@ fn read(path: &Path, request: &Request<'_>, sink: &mut dyn Sink) -> Result<Sourc
 /// The part of a request that decides what its source is.
 fn key(request: &Request<'_>) -> String {
     let Request { file, network, lints, allow_files, repair, read, .. } = request;
-    let Reading { include, define, strict_syntax, version, reach, limits: _, snapshot: _ } = read;
-    let syntax = (define, strict_syntax, version, repair.is_some());
+    let Reading {
+        include,
+        define,
+        strict_syntax,
+        version,
+        reach,
+        dialect,
+        dialect_path,
+        limits: _,
+        snapshot: _,
+    } = read;
+    let syntax = (define, strict_syntax, version, repair.is_some(), dialect, dialect_path);
     format!("{:?}", (file, network, lints, allow_files, include, reach, syntax))
 }
 
@@ -485,6 +525,7 @@ fn group(
         let list = levels::sift(checked.diagnostics, request.lints);
         Ok(Source {
             sources: checked.sources,
+            spoken: files.spoken().pop(),
             list,
             resolved: checked.group.map(|group| Resolved::Group(Box::new(group))),
         })
@@ -531,6 +572,7 @@ fn group(
         layers: Some(group),
         given,
         kept: None,
+        spoken: source.spoken.clone(),
     })
 }
 

@@ -1,10 +1,11 @@
 //! Reads a scene with its includes and shaders, and builds its world.
 
+use super::dialect;
 use super::folders::Folders;
 use super::input;
 use crate::event::{Event, Sink};
 use crate::host::{self, Within};
-use crate::request::Reading;
+use crate::request::{Image, Points, Reading};
 use crate::{Failure, Snapshot};
 use osl::stages::{self, ShaderFiles};
 use osl_exec::Services;
@@ -73,10 +74,17 @@ pub fn load(wanted: &Scene<'_>, sink: &mut dyn Sink) -> Result<LoadedScene, Fail
         networks.give(wanted.params, &mut messages);
         scene::build(&description, &mut networks, &around, &mut messages)
     });
-    let Library { diagnostics, sources, .. } = library;
+    let Library { diagnostics, sources, files, .. } = library;
     sink.event(Event::Diagnostics { list: &diagnostics, sources: &sources, asked: None });
     messages.list().iter().for_each(|message| sink.event(Event::Scene(message)));
-    let world = world.flatten().ok_or_else(Failure::said)?;
+    let mut world = world.flatten().ok_or_else(Failure::said)?;
+    if let Some(spoken) = files.spoken().last() {
+        dialect::send(spoken, sink);
+        let points = Points { grid: world.view.resolution().into(), ..Points::default() };
+        let answers = dialect::answers(&spoken.dialect, &Image { points, ..Image::default() });
+        let answers = Arc::new(answers);
+        world.materials.iter_mut().for_each(|material| material.data.answers = answers.clone());
+    }
     Ok(LoadedScene { world, samples: description.settings.samples, sources, textures })
 }
 

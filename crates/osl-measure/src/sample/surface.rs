@@ -3,6 +3,7 @@
 use osl_exec::{Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
+use osl_scene::answers::{At, components};
 use osl_scene::{Crop, Grid, WithData};
 use std::ops::Range;
 
@@ -333,7 +334,23 @@ impl<S: Surface> Surface for WithData<S> {
         place: PixelPosition,
     ) -> Option<Datum> {
         let own = self.data.find(object, name, element);
-        own.or_else(|| self.points.attribute_at(object, name, element, place))
+        let known = own.or_else(|| self.points.attribute_at(object, name, element, place));
+        let global = |global: Global| {
+            let mut lanes = [0.0; 3];
+            match self.points.varying().contains(&global) {
+                true => self.points.fill_at(global, &[place], 1, &mut lanes[..components(global)]),
+                false => lanes = self.uniform(global),
+            }
+            lanes
+        };
+        let change = |global: Global, axis: Axis| {
+            let mut lanes = [0.0; 3];
+            self.points.fill_deriv_at(global, axis, &[place], 1, &mut lanes[..components(global)]);
+            lanes
+        };
+        let [x, y] = place.pixel.map(|at| at as usize);
+        let at = At { global: &global, change: &change, index: y * self.points.size().0 + x };
+        self.data.answered(known, (object, name, element), &at)
     }
 }
 

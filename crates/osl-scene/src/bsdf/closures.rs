@@ -131,6 +131,7 @@ pub static CLOSURES: &[Closure] = &[
     ),
     row("anisotropic_vdf", Part::Fills(|_| 1.0), "a clear surface, if nothing else is there"),
     row("medium_vdf", Part::Fills(|a| a.index(a.float(4))), "a clear surface, if nothing else is there"),
+    row("outputvariable", Part::Layers, "the closure that it names"),
     row("layer", Part::Layers, "both closures; the base has the light that the top leaves"),
 ];
 

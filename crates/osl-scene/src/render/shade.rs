@@ -4,9 +4,11 @@ use super::layers::Layers;
 use super::world::{Hit, Material, World};
 use crate::bsdf::{Rules, Scatter, Side};
 use crate::camera::View;
+use crate::data::WithData;
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
-use osl_exec::{Frame, Plane, PointSource, Run, RunError, RunOptions, Said};
+use osl_exec::{Component, Frame, Plane, PointSource, Run, RunError, RunOptions, Said};
+use std::sync::Arc;
 
 /// A hit to be shaded.
 pub(super) struct PathHit {
@@ -36,7 +38,9 @@ pub(super) fn shade(
     seen: bool,
 ) -> Result<Shaded, RunError> {
     let nothing = || Shaded { scatter: Vec::new(), planes: Vec::new(), messages: Vec::new() };
-    let Some(Material { program, lean, services, color, stretch }) = world.materials.get(material) else {
+    let Some(Material { program, lean, services, color, stretch, through, data }) =
+        world.materials.get(material)
+    else {
         return Ok(nothing());
     };
     let mut points = SurfacePoints::with_capacity(hits.len());
@@ -54,6 +58,7 @@ pub(super) fn shade(
         limits: world.limits.clone(),
         ..RunOptions::default()
     };
+    let points = WithData { points, data: data.clone() };
     let run = Run::new(program, services, &points, &options);
     let Frame { planes, messages, closures, .. } = run.points(0..points.count(), &|_| ())?;
     let of = |at: usize, hit: &PathHit| match color {
@@ -65,7 +70,15 @@ pub(super) fn shade(
             let own = closures.iter().find(|c| &*c.output == "Ci").or(closures.first());
             let list = own.map(|c| c.point(at));
             let side = Side::new(hit.hit.point.ng, -hit.incident);
-            let mut scatter = Scatter::new(&list.unwrap_or_default(), side, Rules::Correct);
+            let mut list = list.unwrap_or_default();
+            if let Some(output) = through {
+                let part = matt(&planes, output, at);
+                list.iter_mut()
+                    .for_each(|c| c.weight = (Vec3::from(c.weight) * (Vec3::ONE - part)).to_array());
+                let params = Arc::new([]);
+                list.push(Component { weight: part.to_array(), name: "transparent".into(), params });
+            }
+            let mut scatter = Scatter::new(&list, side, Rules::Correct);
             scatter.paint_unknown(|| signal(&world.view, hit.hit.point.p));
             scatter
         }

@@ -1,6 +1,7 @@
 //! The scene in the form that rays traverse.
 
 use crate::camera::View;
+use crate::data::Data;
 use crate::lens::Lens;
 use crate::light::{Sky, SphereLight};
 use crate::mesh::{Bounds, SurfacePoint};
@@ -106,6 +107,10 @@ pub struct Material {
     pub color: Option<Arc<str>>,
     /// The factor and the offset of u and v, as for [`SurfacePoints::stretch`]; `None` leaves them.
     pub stretch: Option<[Vec2; 2]>,
+    /// The output whose color is the part of the surface that lets the light behind it through.
+    pub through: Option<Arc<str>>,
+    /// Data of the points.
+    pub data: Data,
 }
 
 /// Everything needed to render a picture.

@@ -4,9 +4,11 @@ use super::describe::{Description, Form, SkyNode, Surface};
 use super::message::{Messages, say};
 use super::network::{Network, Networks, Use};
 use super::tessellate::{move_by, tessellate};
+use crate::answers::Place;
 use crate::camera::View;
+use crate::data::Data;
 use crate::light::Sky;
-use crate::mesh::{SurfacePoint, Triangles};
+use crate::mesh::{Bounds, SurfacePoint, Triangles};
 use crate::render::{Body, Ground, Material, Object, World};
 use crate::shape::{Placed, Shape, Solid};
 use crate::subdivide::Detail;
@@ -97,14 +99,16 @@ fn add_surface(
     };
     let network = networks.compile(shader, Use::Surface, &surface.place, messages)?;
     let services = || with_spaces((around.services)(), &surface.matrix, &world.view);
+    let number = world.materials.len();
     let material = Material {
         color: network.output.clone().filter(|_| !network.closure),
         program: network.program,
         lean: network.lean,
         services: services(),
         stretch: None,
+        through: None,
+        data: Data { place: placed(surface, number, &services()), ..Data::default() },
     };
-    let number = world.materials.len();
     let form = form(surface, world, networks, &services, messages)?;
     match form {
         BuiltShape::Ground(point, normal) => world.grounds.push(Ground { point, normal, material: number }),
@@ -112,6 +116,24 @@ fn add_surface(
     }
     world.materials.push(material);
     Some(())
+}
+
+/// Where a surface is.
+fn placed(surface: &Surface, number: usize, services: &Services) -> Place {
+    let bounds = match &surface.form {
+        Form::Plane { point, .. } => Bounds { min: *point, max: *point },
+        Form::Sphere { center, radius } => Bounds { min: *center - *radius, max: *center + *radius },
+        Form::Cylinder { bottom, top, radius } => {
+            let axis = (*top - *bottom).normalize_or(Vec3::Y);
+            let across = (Vec3::ONE - axis * axis).max(Vec3::ZERO).map(f32::sqrt) * *radius;
+            Bounds { min: bottom.min(*top) - across, max: bottom.max(*top) + across }
+        }
+        Form::Mesh(polygons) => Bounds::of(polygons.mesh.positions.iter().copied()),
+    };
+    let to_window = services.spaces.matrix("common", "NDC").ok().map(|m| Mat4::from_cols_array(&m));
+    // The radical inverse in base 2: close numbers give values far apart.
+    let random = (number as u32 + 1).reverse_bits() as f32 / 2_f32.powi(32);
+    Place { bounds, to_common: surface.matrix, to_window, random }
 }
 
 /// The result for a shape.

@@ -19,9 +19,11 @@ use super::picture::run::RunArgs;
 use super::picture::studio::StudioArgs;
 use super::source::check::CheckArgs;
 use super::source::compile::CompileArgs;
+use super::source::dialects::DialectsArgs;
 use super::source::fmt::FmtArgs;
 use super::source::info::InfoArgs;
 use super::source::ir::IrArgs;
+use super::source::portability::PortabilityArgs;
 use clap::{Args, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -72,6 +74,11 @@ pub(super) enum Command {
     Compile(CompileArgs),
     /// Show what a shader is: its kind, its parameters with types, defaults and metadata.
     Info(InfoArgs),
+    /// List the dialects of renderers, or show the table of one: headers, attributes with defaults, what it
+    /// lacks.
+    Dialects(DialectsArgs),
+    /// Say for each renderer what it lacks of what a shader uses, by line.
+    Portability(PortabilityArgs),
     /// Rewrite shader files in one style.
     Fmt(FmtArgs),
     /// Describe the built-in functions: signatures, derivatives, extremes, an example.

@@ -28,7 +28,7 @@ use options::reading;
 use osl_job::Failure;
 use picture::{bake, book, compare, render, run, studio};
 use print::{Console, Manner, checked, manner};
-use source::{check, compile, deps, fmt, info, ir};
+use source::{check, compile, deps, dialects, fmt, info, ir, portability};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
@@ -127,6 +127,8 @@ fn answered(cli: &Cli, args: &[OsString], console: &mut Console<'_>) -> Result<(
         Some(Command::Bounds(own)) => bounds::bounds(own, console),
         Some(Command::Compile(own)) => compile::compile(own, console),
         Some(Command::Info(own)) => info::info(own, console),
+        Some(Command::Dialects(own)) => dialects::dialects(own, console),
+        Some(Command::Portability(own)) => portability::portability(own, console),
         Some(Command::Fmt(own)) => fmt::fmt(own, console),
         Some(Command::Doc(own)) => doc::doc(own, console.out),
         Some(Command::Tradeoff(own)) => tradeoff::tradeoff(own, console),

@@ -32,6 +32,7 @@ mod compare;
 mod compiled;
 mod crop;
 mod data;
+mod dialects;
 mod doc;
 mod effects;
 mod encodings;

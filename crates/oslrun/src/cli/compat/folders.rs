@@ -20,7 +20,7 @@ impl Folders {
     /// The folders of a search path, followed by the working directory.
     pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>, limits: &LimitArgs) -> Folders {
         path.push(PathBuf::new());
-        let read = Reading { reach: Reach::Relative, ..Reading::within(limits.limits()) };
+        let read = Reading { reach: Reach::Relative, ..Reading::within(limits.limits()).plain() };
         let includes = input::searched(Path::new(""), &read);
         Folders { written, path, includes, read }
     }

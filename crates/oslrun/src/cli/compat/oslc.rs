@@ -74,7 +74,7 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
         let _ = write!(console.out, "{HELP}");
         return 0;
     }
-    let read = Reading::within(console.limits.limits());
+    let read = Reading::within(console.limits.limits()).plain();
     let mut job = Job { read, ..Job::default() };
     let mut rest = args.iter();
     while let Some(arg) = rest.next() {

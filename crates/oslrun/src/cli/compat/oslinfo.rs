@@ -68,7 +68,7 @@ fn read(name: &str, folders: &[PathBuf], limits: &LimitArgs) -> Result<Shader, S
     let files = [name.to_string(), format!("{name}.oso"), format!("{name}.osl")];
     let places = folders.iter().flat_map(|folder| files.iter().map(move |file| folder.join(file)));
     let path = places.into_iter().find(|p| p.is_file()).ok_or("there is no such file")?;
-    let args = Reading { reach: Reach::Relative, ..Reading::within(limits.limits()) };
+    let args = Reading { reach: Reach::Relative, ..Reading::within(limits.limits()).plain() };
     let input = input::read(&path, &args).map_err(|failure| failure.text)?;
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let error = checked.diagnostics.iter().find(|d| d.is_error()).map(|d| d.message.clone());

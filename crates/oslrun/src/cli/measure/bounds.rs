@@ -122,9 +122,9 @@ pub(in crate::cli) fn bounds(args: &BoundsArgs, console: &mut Console<'_>) -> Re
     let mut domain = Domain::of_patch(image.points.uv_scale, image.points.uv_offset);
     let body = opened(args, &loaded, &request, &mut domain)?;
     let outputs = loaded.outputs(&image);
-    let LoadedShader { sources, folder, name, .. } = loaded;
+    let LoadedShader { sources, folder, name, spoken, .. } = loaded;
     let services = services(&image, folder, grid_spaces(&image));
-    let points = WithData { data: data::read(&image)?, points: grid(&image) };
+    let points = WithData { data: data::read(&image, spoken.as_ref())?, points: grid(&image) };
     let options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),

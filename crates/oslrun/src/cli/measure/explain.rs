@@ -190,7 +190,7 @@ fn found(
     inside((x, y), image.points.grid)?;
     let place = format!("pixel ({x}, {y}) of {} by {}", grid.width, grid.height);
     let (width, height) = (grid.width, grid.height);
-    let data = data::read(image)?;
+    let data = data::read(image, loaded.spoken.as_ref())?;
     let points = WithData { points: grid, data };
     let Some(point) = OnePoint::at_pixel(&points, width, height, x, y) else { return Ok(None) };
     let services = services(image, loaded.folder.clone(), grid_spaces(image));

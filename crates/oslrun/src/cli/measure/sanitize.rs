@@ -77,7 +77,11 @@ fn ground(image: &Image, loaded: &LoadedShader, sink: &dyn Sink) -> Result<Groun
         return Ok((Box::new(points), Some(pixels), services));
     }
     let services = services(image, loaded.folder.clone(), setup::grid_spaces(image));
-    Ok((Box::new(WithData { data: data::read(image)?, points: grid(image) }), None, services))
+    Ok((
+        Box::new(WithData { data: data::read(image, loaded.spoken.as_ref())?, points: grid(image) }),
+        None,
+        services,
+    ))
 }
 
 /// Examines a shader.

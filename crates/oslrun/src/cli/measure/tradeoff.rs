@@ -70,9 +70,9 @@ pub(in crate::cli) fn tradeoff(args: &TradeoffArgs, console: &mut Console<'_>) -
     }
     let loaded = load::load(&Request::of(image), console)?;
     let outputs = loaded.outputs(image);
-    let LoadedShader { sources, mut body, name, folder, texts, .. } = loaded;
+    let LoadedShader { sources, mut body, name, folder, texts, spoken, .. } = loaded;
     output::drop_closures(&mut body, outputs.as_deref());
-    let points = WithData { data: data::read(image)?, points: grid(image) };
+    let points = WithData { data: data::read(image, spoken.as_ref())?, points: grid(image) };
     let services = services(image, folder, grid_spaces(image));
     let bench = Bench { services: &services, surface: &points, options: options(image) };
     let bar = busy("measuring", args.budget);

@@ -176,7 +176,7 @@ pub(in crate::cli) struct DataArgs {
 
 impl DataArgs {
     fn data(&self) -> (Vec<(String, String)>, Option<PathBuf>, GlobalValues) {
-        let globals = GlobalValues { time: self.time, global: self.global.clone() };
+        let globals = GlobalValues { time: self.time, frame: None, global: self.global.clone() };
         (self.userdata.clone(), self.attributes.clone(), globals)
     }
 }

@@ -29,6 +29,13 @@ pub(in crate::cli) struct ReadArgs {
     /// has written, or FILE itself. A command that fails writes none.
     #[arg(long, value_name = "FILE", help_heading = heading::FILES)]
     deps: Option<PathBuf>,
+    /// Renderer whose dialect the files are in, by its name in `oslrun dialects` (default: what each file
+    /// shows); `none` reads them as plain OSL.
+    #[arg(long, value_name = "NAME", help_heading = heading::READING)]
+    dialect: Option<String>,
+    /// Folder of a further dialect, with a dialect.toml, or of several; may be repeated.
+    #[arg(long, value_name = "DIR", help_heading = heading::READING)]
+    dialect_path: Vec<PathBuf>,
     #[command(flatten)]
     limits: LimitArgs,
 }
@@ -48,6 +55,8 @@ impl ReadArgs {
             strict_syntax: self.strict_syntax,
             version: self.osl_version,
             reach: Reach::default(),
+            dialect: self.dialect.clone(),
+            dialect_path: self.dialect_path.clone(),
             limits: self.limits.limits().clone(),
             ..Reading::default()
         }

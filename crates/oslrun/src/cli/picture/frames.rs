@@ -8,12 +8,10 @@ use crate::cli::options::heading;
 use crate::cli::print::Console;
 use clap::Args;
 use osl_job::file::output::is_there;
+use osl_job::request::globals::FPS;
 use osl_job::source::reads::Reads;
 use osl_job::{Failure, Image, Sink};
 use std::path::{Path, PathBuf};
-
-/// Frames per second, unless the command line says otherwise.
-const FPS: f64 = 24.0;
 
 /// The frames to make.
 #[derive(Clone, Debug, Default, Args)]
@@ -71,6 +69,7 @@ pub(super) fn run(
     for frame in frames.iter() {
         let mut image = image.clone();
         image.provided.globals.time = Some((f64::from(frame) / wanted.fps.unwrap_or(FPS)) as f32);
+        image.provided.globals.frame = Some(frame);
         image.output.path = numbered(path, frame);
         if let Some(path) = image.output.path.as_deref().filter(|path| wanted.skip_existing && is_there(path))
         {

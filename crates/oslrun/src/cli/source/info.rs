@@ -54,7 +54,11 @@ pub(in crate::cli) fn info(args: &InfoArgs, console: &mut Console<'_>) -> Result
             violations.extend(found);
             return if fails { Err(Failure::said()) } else { Ok(()) };
         }
-        let shader = describe(&program(&input, console)?.0);
+        let mut shader = describe(&program(&input, console)?.0);
+        shader.dialect = input.files.spoken().map(|spoken| DialectOf {
+            name: spoken.dialect.name.clone(),
+            because: spoken.reason.map(|reason| reason.to_string()),
+        });
         if args.json {
             shaders.push(Named { file: input.name, shader });
         } else {
@@ -86,7 +90,7 @@ fn opened(file: &Path, reading: &Reading) -> Result<Input, Failure> {
     match file.to_str().filter(|_| !file.exists()).and_then(nodes::find) {
         Some(text) => {
             let name = format!("{}.osl (built in)", file.display());
-            Ok(input::input(name, text.to_string(), PathBuf::new(), reading))
+            input::input(name, text.to_string(), PathBuf::new(), reading)
         }
         None => input::read(file, reading),
     }
@@ -159,6 +163,16 @@ pub(in crate::cli) struct Shader {
     pub(in crate::cli) name: String,
     pub(in crate::cli) metadata: Vec<Metadatum>,
     pub(in crate::cli) parameters: Vec<Parameter>,
+    /// The dialect of the file, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(in crate::cli) dialect: Option<DialectOf>,
+}
+
+/// A dialect, and what in the file shows it; nothing if the command line names it.
+#[derive(Serialize)]
+pub(in crate::cli) struct DialectOf {
+    name: String,
+    because: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -193,6 +207,7 @@ pub(in crate::cli) fn describe(program: &Program) -> Shader {
         name: shader.name.to_string(),
         metadata: metadata(stages::metadata(program)),
         parameters: stages::params(program).into_iter().map(parameter).collect(),
+        dialect: None,
     }
 }
 
@@ -246,6 +261,10 @@ impl Shader {
     /// One line for the shader and one for each parameter, with metadata below.
     fn text(&self) -> String {
         let mut out = format!("{} {}\n", self.kind, self.name);
+        if let Some(DialectOf { name, because }) = &self.dialect {
+            let because = because.as_ref().map_or(String::new(), |why| format!(": {why}"));
+            out += &format!("    dialect {name}{because}\n");
+        }
         lines(&self.metadata, "    ", &mut out);
         for p in &self.parameters {
             let output = if p.output { "output " } else { "" };

@@ -58,6 +58,7 @@ pub(in crate::cli) fn ir(args: &IrArgs, console: &mut Console<'_>) -> Result<(),
     let request = Request {
         note_derivs: false,
         opens: false,
+        time: (0.0, 0.0),
         file: args.file.as_deref(),
         network: &network,
         params: &args.params,

@@ -3,9 +3,11 @@
 pub(super) mod check;
 pub(super) mod compile;
 pub(super) mod deps;
+pub(super) mod dialects;
 mod fix;
 pub(super) mod fmt;
 pub(super) mod group_text;
 pub(super) mod info;
 pub(super) mod ir;
 mod many;
+pub(super) mod portability;

@@ -125,7 +125,7 @@ pub(in crate::cli) fn book(
     let main = loaded.sources.files().first();
     let (name, text) = main.map(|main| (main.name.clone(), main.text.to_string())).unwrap_or_default();
 
-    let points = WithData { data: data::read(run)?, points: grid(run) };
+    let points = WithData { data: data::read(run, loaded.spoken.as_ref())?, points: grid(run) };
     let services = services(run, loaded.folder.clone(), grid_spaces(run));
     let single = frame(&loaded, Arithmetic::Strict, (run, &services, &points))?;
     output::printed(&single.printed, output::Appends::of(run), console)?;

@@ -343,7 +343,7 @@ fn has_lines(path: &Path) -> bool {
 /// Checks a shader that was read.
 fn check(path: &Path, text: &str, image: &Image) -> Result<stages::Checked, Failure> {
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    let mut input = input::input(path.display().to_string(), text.to_string(), folder, &image.shader.read);
+    let mut input = input::input(path.display().to_string(), text.to_string(), folder, &image.shader.read)?;
     input.files = input.files.or_anywhere(image.shader.allow_files);
     if image.shader.repair {
         repair::apply(&mut input, None)?;
