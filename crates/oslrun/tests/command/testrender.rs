@@ -83,19 +83,21 @@ fn what_is_passed_over_is_named() {
 }
 
 #[test]
-fn a_model_without_its_file_is_an_error() {
-    let dir = folder();
-    std::fs::write(
-        dir.path().join("scene.xml"),
-        "<World><ShaderGroup>shader matt l;</ShaderGroup><Model filename=\"no.obj\"/></World>",
-    )
-    .unwrap();
-    let run = Command::new(env!("CARGO_BIN_EXE_oslrun"))
-        .args(["testrender", "-r", "4", "4", "scene.xml", "out.exr"])
-        .current_dir(dir.path())
-        .output()
-        .unwrap();
-    let said = String::from_utf8_lossy(&run.stderr);
-    assert!(run.status.code() == Some(1) && said.contains("model no.obj: "), "{said}");
-    assert!(!dir.path().join("out.exr").exists());
+fn missing_and_large_meshes_are_errors() {
+    let large = "<ShaderGroup name=\"a\">shader matt l;</ShaderGroup>\
+                 <ShaderGroup name=\"a\" type=\"displacement\">shader swell l;</ShaderGroup>\
+                 <Sphere center=\"0 0 0\" radius=\"1\" resolution=\"1000000\"/>";
+    let missing = "<ShaderGroup>shader matt l;</ShaderGroup><Model filename=\"no.obj\"/>";
+    for (scene, why) in [(missing, "model no.obj: "), (large, "more than 1000 corners")] {
+        let dir = folder();
+        std::fs::write(dir.path().join("scene.xml"), format!("<World>{scene}</World>")).unwrap();
+        let run = Command::new(env!("CARGO_BIN_EXE_oslrun"))
+            .args(["testrender", "--limit", "scenes.corners=1000", "-r", "4", "4", "scene.xml", "out.exr"])
+            .current_dir(dir.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.code() == Some(1) && said.contains(why), "{said}");
+        assert!(!dir.path().join("out.exr").exists());
+    }
 }

@@ -15,7 +15,7 @@ use osl_job::request::Reading;
 use osl_job::source::input;
 use osl_lower::Requests;
 use osl_lower::group::text::Statement;
-use osl_scene::mesh::read_obj_within;
+use osl_scene::mesh::{Mesh, read_obj_within};
 use osl_scene::subdivide::{Detail, Scheme, tessellate_within};
 use osl_scene::surface_points::SurfacePoints;
 use osl_scene::testrender::shapes::Shape;
@@ -239,22 +239,36 @@ fn world(
         resolution: scene.background.map_or(0, |b| b.resolution),
         limits: limits.clone(),
     };
-    let mut meshes = Vec::new();
+    let mut notes = testrender::Notes::default();
+    let (most, mut corners) = (limits.scenes.corners, 0_u64);
+    // Counted over all meshes, and before they are made.
+    let mut count = |more: u64| {
+        corners = corners.saturating_add(more);
+        let few = corners <= most;
+        few.then_some(()).ok_or(format!(
+            "ERROR: the meshes of the scene have more than {most} corners (--limit scenes.corners=N)"
+        ))
+    };
+    let mut add = |mesh: &Mesh, group, is_light| {
+        let found = tessellate_within(mesh, Scheme::Linear, &Detail::Level(0), limits)
+            .map_err(|why| format!("ERROR: {why}"))?;
+        let groups = [group, displacement(group)];
+        world.add_mesh(found.triangles, groups, is_light, &mut notes).map_err(|stop| format!("ERROR: {stop}"))
+    };
     for model in scene.models {
         let path = folder.join(&model.file);
         let wrong = |why: &dyn std::fmt::Display| format!("ERROR: model {}: {why}", path.display());
-        let text = input::read_text(&path, limits).map_err(|why| wrong(&why))?;
+        let text = input::read_text(&path, &Reading::within(limits)).map_err(|why| wrong(&why))?;
         let mesh = read_obj_within(&text, limits).map_err(|why| wrong(&why))?;
-        meshes.push((mesh, model.group, model.is_light));
+        count(mesh.corners.len() as u64)?;
+        add(&mesh, model.group, model.is_light)?;
     }
-    meshes.extend(moved.into_iter().filter_map(|s| Some((s.form.mesh(s.resolution)?, s.group, s.is_light))));
-    let mut notes = testrender::Notes::default();
-    for (mesh, group, is_light) in meshes {
-        let triangles = tessellate_within(&mesh, Scheme::Linear, &Detail::Level(0), limits)
-            .map_err(|why| format!("ERROR: {why}"))?
-            .triangles;
-        let groups = [group, displacement(group)];
-        world.add_mesh(triangles, groups, is_light, &mut notes).map_err(|stop| format!("ERROR: {stop}"))?;
+    for Shape { form, group, is_light, resolution } in moved {
+        // A sphere has twice as many columns as rows.
+        count(8 * u64::from(resolution).pow(2))?;
+        if let Some(mesh) = form.mesh(resolution) {
+            add(&mesh, group, is_light)?;
+        }
     }
     said(&notes, &sources, console)?;
     Ok(((world, options), sources))
