@@ -59,6 +59,8 @@ pub struct Symbols {
     list: Vec<Symbol>,
     /// The location and type of each expression.
     types: Vec<(Span, Type)>,
+    /// The names of called built-in functions, with the chosen signatures, in order of position.
+    forms: Vec<(Span, &'static str, &'static Signature)>,
     structs: StructTable,
 }
 
@@ -84,6 +86,14 @@ impl Symbols {
         let around = self.types.iter().filter(|(span, _)| holds(*span, position));
         let innermost = || around.min_by_key(|(span, _)| span.end - span.start).map(|(_, ty)| *ty);
         named.map(|symbol| symbol.ty).or_else(innermost).filter(|ty| !ty.is_error())
+    }
+
+    /// The signature that was chosen for the built-in function whose name is at a position, with the names of
+    /// its parameters.
+    pub fn signature_at(&self, position: u32) -> Option<String> {
+        let before = self.forms.partition_point(|(span, ..)| span.start <= position);
+        let form = before.checked_sub(1).and_then(|at| self.forms.get(at));
+        form.filter(|(span, ..)| holds(*span, position)).map(|(_, name, signature)| signature.show(name))
     }
 
     /// A type as written in the language.
@@ -113,6 +123,7 @@ pub(crate) struct Recorder {
     list: Vec<Symbol>,
     by_key: FxHashMap<Key, usize>,
     types: Vec<(Span, Type)>,
+    forms: Vec<(Span, &'static str, &'static Signature)>,
 }
 
 impl Recorder {
@@ -201,7 +212,8 @@ impl Recorder {
     }
 
     /// A built-in function is called.
-    pub(crate) fn use_builtin(&mut self, name: &'static str, signature: &Signature, at: Span) {
+    pub(crate) fn use_builtin(&mut self, name: &'static str, signature: &'static Signature, at: Span) {
+        self.forms.push((at, name, signature));
         if !self.by_key.contains_key(&Key::Builtin(name)) {
             self.add(
                 Some(Key::Builtin(name)),
@@ -224,7 +236,8 @@ impl Recorder {
 
     /// The symbols that were collected.
     pub(crate) fn finish(self, structs: StructTable) -> Symbols {
-        let Recorder { mut list, types, .. } = self;
+        let Recorder { mut list, types, mut forms, .. } = self;
+        forms.sort_by_key(|(span, ..)| span.start);
         list.retain(|symbol| symbol.declared.is_some() || !symbol.uses.is_empty());
         list.sort_by_key(|symbol| {
             (symbol.declared.is_none(), symbol.declared, symbol.kind, symbol.name.clone())
@@ -241,6 +254,6 @@ impl Recorder {
                 };
             }
         }
-        Symbols { list, types, structs }
+        Symbols { list, types, forms, structs }
     }
 }

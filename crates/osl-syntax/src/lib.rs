@@ -190,6 +190,11 @@ fn stop_at_first(ast: &mut Ast, diagnostics: &mut Vec<Diagnostic>, end: u32) {
     }
 }
 
+/// The names of the headers that come with the compiler.
+pub fn header_names() -> impl Iterator<Item = &'static str> {
+    preprocess::header_names()
+}
+
 /// The text of a file after preprocessing, with macros and includes expanded, line by line.
 pub fn preprocessed(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> String {
     let pre = preprocess::preprocess(name, text, provider, options);

@@ -19,6 +19,7 @@ use crate::span::Span;
 use expand::{Context, Macro};
 use file::FileCursor;
 pub(crate) use file::broken_string;
+pub(crate) use headers::names as header_names;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
 use std::rc::Rc;

@@ -2,6 +2,7 @@
 
 use crate::diagnostic::{self, Diagnostic};
 use crate::files::{Files, Includes};
+use crate::implied::{self, Implied};
 use crate::stages::{self, Checked};
 use crate::{Error, Levels, ReadOptions, Shader, Symbols};
 use osl_hir::lint::{self, Level};
@@ -60,6 +61,21 @@ impl Analysis {
     /// shader has none.
     pub fn symbols(&self) -> Symbols {
         Symbols::of(&self.checked, &self.limits)
+    }
+
+    /// What the compiler adds to the text: conversions and the choice of overloads. Nothing of a text with
+    /// errors.
+    ///
+    /// ```
+    /// use osl::{Analysis, Implied, NoFiles, ReadOptions};
+    ///
+    /// let text = "shader a(int n = 1, output float o = 0) { o = n; }";
+    /// let implied = Analysis::of("a.osl", text, &NoFiles, &ReadOptions::default()).implied();
+    /// let [Implied::Conversion { range, to }] = &implied[..] else { panic!("{implied:?}") };
+    /// assert_eq!((range.start.offset, to.as_str()), (46, "float"));
+    /// ```
+    pub fn implied(&self) -> Vec<Implied> {
+        implied::of(&self.checked)
     }
 
     /// The byte of the main file at a position as the language server protocol counts: line and UTF-16 code

@@ -39,6 +39,7 @@
 //! | --- | --- |
 //! | show mistakes while a user types, with fixes | [`Analysis`], [`Levels`], [`Diagnostic`] |
 //! | show what a name means, and where it is used | [`Analysis::symbols`] |
+//! | show conversions and overloads | [`Analysis::implied`], [`Symbols::signature_at`] |
 //! | format a text | [`format()`] |
 //! | show the parameters of a shader | [`Shader::params`]: types, defaults, metadata |
 //! | give shaders headers from memory | [`Files`], [`MemoryFiles`], [`Shader::read`] |
@@ -105,6 +106,7 @@ mod diagnostic;
 mod error;
 mod files;
 mod group;
+mod implied;
 pub mod lessons;
 mod levels;
 mod options;
@@ -125,6 +127,7 @@ pub use diagnostic::{Diagnostic, Edit, Fix, Label, Position, Range, Severity};
 pub use error::{Error, ErrorKind};
 pub use files::{Files, MemoryFiles, NoFiles};
 pub use group::Group;
+pub use implied::Implied;
 pub use levels::{Levels, NoWarning, Verdict, check_warning};
 pub use options::{CompileOptions, ReadOptions, RunOptions};
 #[doc(inline)]

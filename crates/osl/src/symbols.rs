@@ -72,6 +72,12 @@ impl Symbols {
         self.list.get(index)
     }
 
+    /// The signature that was chosen for the built-in function whose name is at a byte of the main file, with
+    /// the names of its parameters: the text of one of the [signatures](crate::reference::Signature::text).
+    pub fn signature_at(&self, offset: usize) -> Option<String> {
+        self.inner.signature_at(u32::try_from(offset).ok()?)
+    }
+
     /// The type of the innermost expression at a byte of the main file, or of the variable or field that is
     /// declared there, as written in the language; `None` if there is none, or if an error hides it.
     pub fn type_at(&self, offset: usize) -> Option<String> {

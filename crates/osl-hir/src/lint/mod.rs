@@ -24,7 +24,7 @@ mod usage;
 mod values;
 pub(crate) mod walk;
 mod written;
-pub use walk::{Walk, bodies, count_writes, each_stmt};
+pub use walk::{Walk, bodies, count_writes, each_stmt, walk_expressions};
 
 pub use codes::*;
 

@@ -282,6 +282,15 @@ pub fn bodies(program: &Program) -> impl Iterator<Item = &[Stmt]> {
     program.functions.iter().map(|f| &f.body[..]).chain([&program.shader.body[..]])
 }
 
+/// Visits every expression of a program: defaults of parameters, functions, the shader.
+pub fn walk_expressions<'p>(program: &'p Program, visit: &mut dyn FnMut(&'p Expr)) {
+    Walk::new(program).everything(&mut |event| {
+        if let Event::Expr(e) = event {
+            visit(e);
+        }
+    });
+}
+
 /// Visits statements and what is nested in them, in the order of the text.
 pub fn each_stmt<'p>(list: &'p [Stmt], visit: &mut dyn FnMut(&'p Stmt)) {
     for stmt in list {

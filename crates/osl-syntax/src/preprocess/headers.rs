@@ -17,7 +17,7 @@ const HEADERS: &[(&str, &str)] = headers! {
 };
 
 /// The names of the headers.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     HEADERS.iter().map(|(name, _)| *name)
 }
 
