@@ -1,5 +1,6 @@
 //! The commands. Each has a module, which also declares its options.
 
+use super::editor::LspArgs;
 use super::help::doc::DocArgs;
 use super::help::explain_error::ExplainErrorArgs;
 use super::help::pages::{CompletionArgs, ManArgs};
@@ -81,6 +82,9 @@ pub(super) enum Command {
     Portability(PortabilityArgs),
     /// Rewrite shader files in one style.
     Fmt(FmtArgs),
+    /// Serve an editor as a language server: diagnostics, completion, renaming and more, over the standard
+    /// streams.
+    Lsp(LspArgs),
     /// Describe the built-in functions: signatures, derivatives, extremes, an example.
     Doc(DocArgs),
     /// Measure what more and fewer samples of a shader cost, and how large their errors are.

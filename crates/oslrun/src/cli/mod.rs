@@ -3,14 +3,15 @@
 //! `oslrun tradeoff FILE`, `oslrun compare A B`, `oslrun picture-book FILE -o BOOK`,
 //! `oslrun studio FILE`.
 //!
-//! `commands` lists the commands. Each has a module in a room of its family: `source`, `picture`, `measure`
-//! and `help`; `compat` has the command lines of the reference's tools. A module declares the options of its
+//! `commands` lists the commands. Each has a module in a room of its family: `source`, `editor`, `picture`,
+//! `measure` and `help`; `compat` has the command lines of the reference's tools. A module declares the options of its
 //! command from the groups in `options`, turns them into a request of `osl_job`, and prints the result with
 //! `print`. Exit codes: 0 success, 1 an error in the input or in its result, 2 an error in the command line.
 //! A command that fails has written no output file, except a picture that misses its `--max-error`.
 
 mod commands;
 mod compat;
+mod editor;
 mod help;
 mod measure;
 mod options;
@@ -130,6 +131,7 @@ fn answered(cli: &Cli, args: &[OsString], console: &mut Console<'_>) -> Result<(
         Some(Command::Dialects(own)) => dialects::dialects(own, console),
         Some(Command::Portability(own)) => portability::portability(own, console),
         Some(Command::Fmt(own)) => fmt::fmt(own, console),
+        Some(Command::Lsp(own)) => editor::lsp(own),
         Some(Command::Doc(own)) => doc::doc(own, console.out),
         Some(Command::Tradeoff(own)) => tradeoff::tradeoff(own, console),
         Some(Command::Lod(own)) => lod::lod(own, console),

@@ -6,6 +6,7 @@ use crate::cli::options::shader::SubjectArgs;
 use crate::cli::print::{Console, json};
 use clap::Args;
 use osl::stages;
+use osl::stages::SourceMap;
 use osl_exec::{PointSource, Services};
 use osl_ir::Span;
 use osl_ir::ir::Body;
@@ -14,7 +15,7 @@ use osl_job::picture::setup::{self, grid, grid_spaces, services, spaces};
 use osl_job::picture::sight;
 use osl_job::report::messages::Report;
 use osl_job::source::data;
-use osl_job::source::load::{self, LoadedShader, Request};
+use osl_job::source::load::{self, LoadedShader, Request, TextureFiles};
 use osl_job::{Failure, Image, Sink};
 use osl_measure::explain::text::{self, Style};
 use osl_measure::explain::{self, Explanation, Reported, Selection, Subject, cost};
@@ -136,6 +137,25 @@ pub(in crate::cli) fn pixel_json(
         Some((explanation, _)) => json::pretty(&explanation),
         None => Err(Failure::new("there is no such point")),
     }
+}
+
+/// The explanation of a pixel of the patch, of a body with notes that was lowered from these sources.
+pub(in crate::cli) fn of_body(
+    image: &Image,
+    noted: Body,
+    sources: &SourceMap,
+    (x, y): (usize, usize),
+) -> Option<Explanation> {
+    let points = grid(image);
+    let options = options(image, &points);
+    let (width, height) = image.points.grid;
+    let point = OnePoint::at_pixel(&points, width, height, x, y)?;
+    let point = OnePoint { source: &points, point };
+    let folder = image.shader.file.as_deref()?.parent()?.to_path_buf();
+    let services = services(image, TextureFiles { folder, typed: Vec::new() }, grid_spaces(image));
+    let subject = Subject::new(noted, &options, sources);
+    let trace = trace::follow(&subject.body, &services, point, &options.limits);
+    Some(explain::explain(&trace, &subject, sources))
 }
 
 /// The point to explain, and what of it.

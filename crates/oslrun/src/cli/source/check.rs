@@ -115,7 +115,8 @@ fn one(
         levels::judge(checked, Level::Check, lints, &reading.limits)
     };
     if args.diff || args.fix {
-        let fixed = fix::fix(&input, judge);
+        let check = |text: &str| stages::check(&input.name, text, &input.files, &input.options);
+        let fixed = fix::fix(&input.text, check, judge);
         if args.diff {
             show(&input, &fixed.text, console);
         } else if fixed.applied > 0 {

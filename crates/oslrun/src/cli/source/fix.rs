@@ -4,8 +4,7 @@
 //! overlaps, and only if the text then compiles at least as well as before. Edits that depend on each other
 //! are found by checking again. This module must not write files: the caller does.
 
-use osl::stages::{self, Checked};
-use osl_job::source::input::Input;
+use osl::stages::Checked;
 use osl_syntax::diagnostic::{Diagnostic, Edit};
 use osl_syntax::repair::apply;
 
@@ -15,9 +14,9 @@ const MOST_ROUNDS: usize = 8;
 const MOST_ALONE: usize = 50;
 
 /// A text after its fixes.
-pub(super) struct Fixed {
+pub(in crate::cli) struct Fixed {
     /// The new text; the old one if nothing was fixed.
-    pub(super) text: String,
+    pub(in crate::cli) text: String,
     /// Number of applied fixes.
     pub(super) applied: usize,
 }
@@ -26,9 +25,12 @@ pub(super) struct Fixed {
 type Badness = (usize, usize);
 
 /// Applies the safe fixes of the diagnostics that `judge` shows, until there are none left.
-pub(super) fn fix(input: &Input, judge: impl Fn(&Checked) -> Vec<Diagnostic>) -> Fixed {
-    let check = |text: &str| stages::check(&input.name, text, &input.files, &input.options);
-    let mut fixed = Fixed { text: input.text.clone(), applied: 0 };
+pub(in crate::cli) fn fix(
+    text: &str,
+    check: impl Fn(&str) -> Checked,
+    judge: impl Fn(&Checked) -> Vec<Diagnostic>,
+) -> Fixed {
+    let mut fixed = Fixed { text: text.to_string(), applied: 0 };
     let mut checked = check(&fixed.text);
     for _ in 0..MOST_ROUNDS {
         let fixes = safe_fixes(&judge(&checked), fixed.text.len());

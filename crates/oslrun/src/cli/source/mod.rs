@@ -4,7 +4,7 @@ pub(super) mod check;
 pub(super) mod compile;
 pub(super) mod deps;
 pub(super) mod dialects;
-mod fix;
+pub(super) mod fix;
 pub(super) mod fmt;
 pub(super) mod group_text;
 pub(super) mod info;
