@@ -1,4 +1,4 @@
-//! Data of points as columns: the values, derivatives and notes are those of points that are asked one by one.
+//! Data of points as columns: values, derivatives and notes are those of points that are asked one by one.
 
 use osl_exec::{Arithmetic, Blocks, Datum, Frame, PointSource, RunOptions};
 use osl_ir::global::Global;

@@ -4,11 +4,11 @@
 //! so do the copies that a running loop makes. Inner loops go first. The number of iterations is found by
 //! executing the loop on constants; if a condition depends on anything else, the loop stays.
 //!
-//! The bounds of a search over neighbours differ from point to point, but not its rounds: `i0 - 1` to `i0 + 1`.
-//! So an int that comes from a float counts as known except for a constant: sums of it and small constants
-//! compare like the constants. This holds because no float converts to an int near the ends of the range,
-//! except to the least int, which stands for NaN and large floats. At points with this value the loop must
-//! end in its first round, and they keep the values from before it.
+//! The bounds of a search over neighbours, `i0 - 1` to `i0 + 1`, differ from point to point, but the number
+//! of rounds does not. So an int that comes from a float counts as known except for a constant: sums of it
+//! and small constants compare like the constants. This holds because no float converts to an int near the
+//! ends of the range, except to the least int, which stands for NaN and large floats. At points with this
+//! value the loop must end in its first round, and they keep the values from before it.
 
 use super::Renaming;
 use crate::ir::{Block, BlockId, Body, Const, Inst, Kernel, LaneOp, Op, ValueId, Values, choose_op};
@@ -57,6 +57,10 @@ enum Known {
 
 /// The known values of an iteration.
 type Iteration = FxHashMap<ValueId, Known>;
+
+/// An int that comes from a float, and the results of a loop where it is the least int; none if these are no
+/// special case.
+type Shift = (ValueId, Values);
 
 struct Unroll {
     /// Values that are constants.
@@ -125,7 +129,9 @@ impl Unroll {
         // A loop that would not fit is not executed either.
         let most = (self.left / size.max(1)).min(MAX_ROUNDS);
         let rounds = self.rounds(body, &inst, most, None).map(|rounds| (rounds, None));
-        let Some((rounds, least)) = rounds.or_else(|| self.shifted_rounds(body, &inst, most)) else {
+        let Some((rounds, least)) = rounds
+            .or_else(|| self.shifted_rounds(body, &inst, most).map(|(rounds, shift)| (rounds, Some(shift))))
+        else {
             kept.push(inst);
             return;
         };
@@ -185,14 +191,8 @@ impl Unroll {
         None
     }
 
-    /// The iterations of a loop over small offsets from an int that comes from a float, this int, and the
-    /// results where it is the least int; none if these are no special case.
-    fn shifted_rounds(
-        &mut self,
-        body: &Body,
-        inst: &Inst,
-        most: usize,
-    ) -> Option<(Vec<Iteration>, Option<(ValueId, Values)>)> {
+    /// The iterations of a loop over small offsets from an int that comes from a float.
+    fn shifted_rounds(&mut self, body: &Body, inst: &Inst, most: usize) -> Option<(Vec<Iteration>, Shift)> {
         let Op::Loop { init, params, body: inner, next, .. } = &inst.op else { return None };
         if self.sums.is_empty() || !is_pure(body, *inner) {
             return None;
@@ -215,7 +215,7 @@ impl Unroll {
             all.iter().all(|(v, known)| matches!(known, Known::Sum(..)) || one.get(v) == Some(known))
         };
         if least.len() == rounds.len() && rounds.iter().zip(&least).all(alike) {
-            return Some((rounds, Some((base, Values::new()))));
+            return Some((rounds, (base, Values::new())));
         }
         let [first] = &least[..] else { return None };
         let unchanged = |v: &ValueId| {
@@ -224,7 +224,7 @@ impl Unroll {
             init.get(at).map(|v| self.renaming.get(*v))
         };
         let before: Values = next.iter().map(unchanged).collect::<Option<_>>()?;
-        Some((rounds, Some((base, before))))
+        Some((rounds, (base, before)))
     }
 
     /// The value that known conditions choose for a value.
