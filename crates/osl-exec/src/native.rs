@@ -9,8 +9,7 @@
 //! Branches and loops are compiled as a whole, with everything in them.
 //!
 //! `plan` makes and executes plans, and `cut` divides long ones. `record` turns the body of an operation into
-//! vector operations; `region` does so for the steps of a branch or a loop. Except for `region`, this module
-//! must not know masks, or steps other than lane operations.
+//! vector operations; `region` does so for the steps of a branch or a loop. Only `region` knows masks.
 
 mod cut;
 mod plan;

@@ -1,7 +1,7 @@
 //! The memory of an image, which is known before any of it is allocated.
 //!
 //! A decoder reads the header, states the memory it needs ([`Claim`]), and continues if that is admitted
-//! ([`Admission`]). This module must not know formats, files or lookups.
+//! ([`Admission`]).
 
 use std::cell::RefCell;
 use std::path::Path;

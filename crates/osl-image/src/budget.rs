@@ -3,7 +3,7 @@
 //! A slot can be emptied and filled again, so users of a slot need not know the bound. A texture in use is
 //! never dropped, since that would free nothing: only textures in use at the same time can exceed the bound.
 //! A decoder first reserves its memory and waits while others decode, so that many threads that read large
-//! files need no more memory than one. This module must not know files or names.
+//! files need no more memory than one.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};

@@ -1,7 +1,6 @@
 //! Textures by name, loaded on first use and shared by all threads.
 //!
-//! A file that cannot be read is remembered too: it is tried once, and its failure is reported once. This
-//! module must not know how textures are looked up.
+//! A file that cannot be read is remembered too: it is tried once, and its failure is reported once.
 
 use std::collections::{HashMap, HashSet};
 use std::io::Read;

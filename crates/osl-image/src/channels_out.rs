@@ -1,7 +1,6 @@
 //! Writes the channels of one output as an image file, in the format given by the file's extension.
 //!
 //! Channels have the names that image tools expect: `Y` alone, else `R`, `G`, `B`, `A`, `channel4` and so on.
-//! This module must not know where the planes come from.
 
 use std::path::Path;
 

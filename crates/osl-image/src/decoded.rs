@@ -1,6 +1,4 @@
 //! An image as a decoder returns it, with values of the type that the file stores.
-//!
-//! This module must not know formats, files, lookups or the memory that is left.
 
 use osl_limits::Limits;
 

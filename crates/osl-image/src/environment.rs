@@ -1,8 +1,7 @@
 //! `environment()` for one point: maps a direction and its derivatives to levels and probes, and probes to a
 //! value.
 //!
-//! y is up, and the middle of the image looks along -z. This module must not know files, nor how a shader
-//! names its options.
+//! y is up, and the middle of the image looks along -z.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 

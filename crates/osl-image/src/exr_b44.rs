@@ -4,7 +4,7 @@
 //! are equal; the third byte distinguishes the two. The samples are stored as a first one and six-bit
 //! differences, scaled by a power of two. The format has no checksum, but damage shows in two ways: the
 //! pieces must end where the block ends, and no encoder writes infinity or NaN. This is checked before
-//! decoding, because the decoder accepts any data. This module must not know files.
+//! decoding, because the decoder accepts any data.
 
 /// A channel of a block.
 #[derive(Clone, Copy, Debug)]

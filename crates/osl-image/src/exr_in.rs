@@ -1,6 +1,4 @@
 //! Reads one part of an EXR file block by block, so that only one block is in memory besides the image.
-//!
-//! This module must not know other formats.
 
 use std::io::Cursor;
 use std::path::Path;

@@ -1,7 +1,6 @@
 //! Reads the attributes of an EXR part, under the names that texture tools use.
 //!
-//! The attributes are read from the bytes of the header, which is a list of name, type, size and value. This
-//! module must not know pixels.
+//! The attributes are read from the bytes of the header, which is a list of name, type, size and value.
 
 use osl_limits::Images;
 

@@ -1,7 +1,7 @@
 //! Writes several outputs as named channels of one EXR file.
 //!
 //! A layer `result` with three color planes becomes the channels `result.R`, `result.G` and `result.B`, the
-//! naming by which viewers group channels. This module must not know where the planes come from.
+//! naming by which viewers group channels.
 
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 //! file layout, "ZIP compression").
 //!
 //! The library that writes the files deflates four times as slowly to save a thirtieth of the bytes, and
-//! writing took most of an image's time. This module must not know files or layers.
+//! writing took most of an image's time.
 
 use half::f16;
 

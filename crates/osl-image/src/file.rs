@@ -1,6 +1,4 @@
 //! Opens and replaces whole files through `osl-files`, with errors that name the file.
-//!
-//! This module must not know image formats.
 
 use crate::error::ImageError;
 use crate::search::ImageSource;

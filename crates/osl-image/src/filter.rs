@@ -1,6 +1,4 @@
 //! One sample of one level: interpolation weights, and the weighted sum of texels.
-//!
-//! This module must not know which level or how many samples a lookup needs.
 
 use half::f16;
 

@@ -3,7 +3,7 @@
 //! A point covers an ellipse whose axes are the singular values of the Jacobian of (s, t) (Heckbert,
 //! "Fundamentals of Texture Mapping and Image Warping", 1989). The shorter axis selects the level; several
 //! probes are taken along the longer one (McCormack, Perry, Farkas and Jouppi, "Feline", 1999). Level choice,
-//! blur, weights and limits are the reference's, as measured. This module must not know texels.
+//! blur, weights and limits are the reference's, as measured.
 
 /// How (s, t) changes from this point to its neighbours on the screen, in texture widths per pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,6 +1,4 @@
 //! An image as it is read: its pixels and metadata, which image of a file it is, and the opened file itself.
-//!
-//! This module must not know formats or how files are found.
 
 use std::io::{BufRead, Seek};
 use std::path::Path;

@@ -2,7 +2,7 @@
 //! channels.
 //!
 //! Only the pixels of the first frame are read; color profiles, texts and previews are skipped. A decoder
-//! starts once the memory that it needs is admitted. This module must not know EXR and TIFF.
+//! starts once the memory that it needs is admitted.
 
 use std::error::Error;
 use std::io::{Cursor, ErrorKind};

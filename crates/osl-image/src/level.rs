@@ -1,5 +1,4 @@
-//! One resolution of a texture: where its texels are. This module must not know how levels are made or
-//! filtered.
+//! One resolution of a texture: where its texels are.
 
 use std::sync::OnceLock;
 

@@ -1,6 +1,4 @@
 //! Computes the coarser levels of a texture whose file has none: each has half the size of the previous one.
-//!
-//! This module must not know files or lookups.
 
 use crate::image::StoredType;
 use crate::level::Level;

@@ -1,7 +1,6 @@
 //! The outcome of loading a texture: the texture, or why there is none.
 //!
-//! A failure is kept like a texture, and it is reported once. This module must not know where textures are
-//! kept.
+//! A failure is kept like a texture, and it is reported once.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,6 +1,4 @@
 //! `texture()` for one point: maps the footprint to levels and probes, and probes to a value.
-//!
-//! This module must not know files, nor how a shader names its options.
 
 use crate::filter::{Interp, Sample, Source, sample};
 use crate::footprint::{Ellipse, Footprint, LevelBlend};

@@ -1,7 +1,5 @@
-//! Writes one or three planes as a PNG file, optionally with a plane of alpha after them.
-//!
-//! This module must not know where the planes come from, nor whether they are light: the caller names the
-//! curve.
+//! Writes one or three planes as a PNG file, optionally with a plane of alpha after them. The
+//! caller names the curve.
 
 use std::path::Path;
 

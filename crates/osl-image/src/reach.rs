@@ -1,6 +1,5 @@
 //! The values that lookups can give, wherever they look: filters only average texels, so that the smallest
-//! and the largest texel of a channel bound them. This module must not know coordinates, nor how a shader
-//! names its options.
+//! and the largest texel of a channel bound them.
 
 use crate::lookup::{LookupOptions, is_black_outside};
 use crate::texels::{Texel, Texels};

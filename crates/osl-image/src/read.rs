@@ -2,7 +2,7 @@
 //!
 //! The first bytes of a file, not its name, determine the format. Sizes are checked against a limit before
 //! memory is allocated, and damage becomes an error value. No color conversion happens: an 8-bit value is its
-//! byte over 255. This module must not know how textures are looked up, nor the internals of the formats.
+//! byte over 255.
 
 use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -2,8 +2,7 @@
 //!
 //! A shader names the files that it reads, and a shader may come from anywhere. So unless the user says
 //! otherwise, only files below the working directory or a search path are opened; `osl-files` keeps names
-//! inside the folders. A client may also provide all files from memory. This module must not know image
-//! formats.
+//! inside the folders. A client may also provide all files from memory.
 
 use crate::image::Source;
 use crate::udim::{self, Square};

@@ -1,6 +1,4 @@
 //! The values of an image in the type that its file stores: a byte stays a byte in memory.
-//!
-//! This module must not know formats, levels or lookups.
 
 use half::f16;
 

@@ -1,7 +1,7 @@
 //! A texture in memory: the image, its coarser levels and its metadata.
 //!
 //! The levels come from the file. If it has none, they are computed when a filtered lookup first needs one,
-//! so that unfiltered lookups never pay for them. This module must not know coordinates or filters.
+//! so that unfiltered lookups never pay for them.
 
 use std::sync::OnceLock;
 

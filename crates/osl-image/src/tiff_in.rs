@@ -1,7 +1,7 @@
 //! Reads one page of a TIFF file: integers of up to 16 bits and floats, in strips or tiles, chunky or planar.
 //!
 //! In files written by a texture tool, the pages are the levels of one image. In other files, pages marked as
-//! reduced copies of another page are skipped. This module must not know other formats.
+//! reduced copies of another page are skipped.
 
 use std::path::Path;
 

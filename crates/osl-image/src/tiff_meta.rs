@@ -1,6 +1,4 @@
 //! Reads the tags of a TIFF page, under the names that texture tools use.
-//!
-//! This module must not know pixels.
 
 use osl_limits::Images;
 use tiff::decoder::Decoder;

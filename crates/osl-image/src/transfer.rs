@@ -1,7 +1,7 @@
 //! Transfer curves: from linear values to the integers in an image file.
 //!
 //! Only correctly rounded operations are used (no `powf`), so that the same values give the same bytes on
-//! every machine. This module must not know file formats.
+//! every machine.
 
 use std::sync::LazyLock;
 

@@ -1,6 +1,4 @@
 //! Names that stand for a grid of files, one per unit square of texture space.
-//!
-//! This module must not know files.
 
 use std::fmt::Write;
 

@@ -1,6 +1,4 @@
 //! The texture outside the unit square.
-//!
-//! This module must not know texels, nor how they are interpolated.
 
 /// The texture outside the unit square, for one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

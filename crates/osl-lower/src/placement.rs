@@ -1,7 +1,5 @@
 //! Places the layers of a group in its body: the entries one after another, each other layer before its first
 //! use, and layers that run at every point before the body of the first entry.
-//!
-//! It moves instructions between blocks; it must not know their meaning, except which slots they access.
 
 use super::Lowerer;
 use super::first_use::{self, Spot};

@@ -1,8 +1,7 @@
 //! The cost of a program, without a clock: the costs that the table of operations states, in additions.
 //!
 //! A call that needs more than a lane's arithmetic (noise, textures) counts as [`CALL`] additions, the body
-//! of a loop as [`ROUNDS`] times its own, since neither is known beforehand. This module must not know what
-//! the cost is used for.
+//! of a loop as [`ROUNDS`] times its own, since neither is known beforehand.
 
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, Kind, Op};
 

@@ -1,5 +1,4 @@
-//! What no tool of this crate examines: it is said in the first line of a report. This module must not know
-//! the tools.
+//! What no tool of this crate examines: it is said in the first line of a report.
 
 use osl_ir::ir::{Body, Kernel, Kind, Op};
 use osl_ir::types::Base;

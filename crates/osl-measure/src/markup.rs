@@ -1,4 +1,4 @@
-//! Escapes foreign text for HTML and SVG. It must not know the contents of reports.
+//! Escapes foreign text for HTML and SVG.
 
 use osl_syntax::escape::shown;
 

@@ -1,4 +1,4 @@
-//! The frame of a page: what all pages have in common, and prose. It must not know what a page shows.
+//! The frame of a page: what all pages have in common, and prose.
 
 use crate::markup::escape;
 

@@ -1,4 +1,4 @@
-//! Quotes a line of the source, with carets under a part of it. This module must not know why it is quoted.
+//! Quotes a line of the source, with carets under a part of it.
 
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;

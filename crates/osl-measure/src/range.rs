@@ -1,5 +1,4 @@
-//! The range of the values of an image's component: smallest, largest and mean. It must not know which
-//! component that is.
+//! The range of the values of an image's component: smallest, largest and mean.
 
 use osl_simd::{Isa, Kernel};
 use rayon::prelude::*;

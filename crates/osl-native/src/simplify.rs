@@ -1,5 +1,5 @@
 //! Rewrites of operations that one instruction can do instead of two. Values keep their bits. Each function
-//! says what a block should hold instead; this module must not know how blocks hold it, nor registers.
+//! says what a block should hold instead.
 
 use crate::inst::{Binary, Compare, Inst, IntCompare, MaskValue, Op, Value};
 

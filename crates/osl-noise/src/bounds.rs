@@ -2,7 +2,7 @@
 //!
 //! The bounds hold for every choice of gradients at the corners of a cell, so they do not depend on the hash.
 //! The tests prove them for the formulas of the fields in double precision; the last bits of single precision
-//! fit into the room that the numbers leave. This module must not know who proves what.
+//! fit into the room that the numbers leave.
 
 use crate::field::Kind;
 

@@ -1,8 +1,8 @@
 //! Finds which of a few cells each lane is in. Neighbouring lanes mostly share a few cells, and data about a
 //! cell need be computed only once for all lanes in it.
 //!
-//! [`find`] numbers the cells of some lanes; [`Isa::look_up`] gives each lane its cell's word. This module
-//! must not know what a cell is: its key is any number of words.
+//! [`find`] numbers the cells of some lanes; [`Isa::look_up`] gives each lane its cell's word. The key of
+//! a cell is any number of words.
 
 use osl_simd::{Isa, Kernel};
 

@@ -2,8 +2,7 @@
 //!
 //! The compiler turns such a loop into vectors without anything left over. Of a loop over slices it keeps the
 //! last vector for a loop of single lanes, which for sixteen points is all of them. Values are computed into
-//! arrays first, so that it need not ask whether results overlap with coordinates. This module must not know
-//! what is computed.
+//! arrays first, so that it need not ask whether results overlap with coordinates.
 
 use crate::float::Float;
 use crate::unroll::{array, each};

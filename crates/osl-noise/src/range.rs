@@ -1,4 +1,4 @@
-//! The range of a field's values. This module must not know fields.
+//! The range of a field's values.
 
 use crate::float::Float;
 use crate::number::Number;

@@ -1,7 +1,6 @@
 //! The operators of the language: division that always gives finite numbers, wrapping integers, comparisons.
 //!
-//! Sums, differences and products of floats are the operators of [`Real`]. This module must not know the
-//! built-in functions.
+//! Sums, differences and products of floats are the operators of [`Real`].
 
 use super::int::Int;
 use super::real::{Number, Real};

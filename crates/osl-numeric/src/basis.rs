@@ -1,5 +1,4 @@
-//! The bases of splines: each defines the polynomial of a segment from four knots. This module must not know
-//! how knots are stored.
+//! The bases of splines: each defines the polynomial of a segment from four knots.
 
 /// A basis: the distance between segments in knots, and rows of coefficients of x³, x², x and 1.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! The small functions of the standard library: magnitudes, limits, blends, steps.
 //!
 //! Each is written for one number; the language applies it to each component of a triple. The order of
-//! operations is the reference's. This module must not know vectors.
+//! operations is the reference's.
 
 use super::arith::{div, is_true, le};
 use super::int::Int;

@@ -2,7 +2,7 @@
 //!
 //! [`i32`] and [`bool`] are those of a single point (`single`). Another implementation may stand for values
 //! that are not known yet, such as those of code under construction: so a body never asks for a value, but
-//! chooses with `select`. This module must not know what a body computes.
+//! chooses with `select`.
 
 use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, BitXor, Not};

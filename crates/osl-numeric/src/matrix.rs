@@ -1,7 +1,6 @@
 //! 4×4 matrices in OSL's convention: row vectors, `p' = p · M`, the translation in the last row.
 //!
-//! A matrix is sixteen numbers, row by row, so element `[row][column]` has the index `4 * row + column`. This
-//! module must not know the names of coordinate systems.
+//! A matrix is sixteen numbers, row by row, so element `[row][column]` has the index `4 * row + column`.
 
 use super::geometry::{Triple, select};
 use super::int::Mask;

@@ -2,7 +2,7 @@
 //!
 //! Each space is given relative to the working space, linear RGB with the primaries of Rec. 709. Where white
 //! points differ, colors are adapted by Bradford's matrix, as in these configurations. Spaces for displays
-//! and the logarithms of cameras are missing. This module must not know how names become operations.
+//! and the logarithms of cameras are missing.
 //!
 //! Sources: SMPTE ST 2065-1 (AP0), AMPAS S-2014-004 (ACEScg), S-2014-003 (ACEScc), S-2016-001 (ACEScct),
 //! ITU-R BT.709 and BT.2020, SMPTE EG 432-1 (P3-D65), Adobe RGB (1998), IEC 61966-2-1 (sRGB).

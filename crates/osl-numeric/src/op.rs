@@ -2,10 +2,10 @@
 //! about it.
 //!
 //! [`for_each_lane_op!`](crate::for_each_lane_op) lists each operation with its shape, the body that computes
-//! one lane, and the facts that passes and reports need: [`Cost`], [`Continuity`], [`Precision`],
-//! [`Domain`], [`Derivative`]. A line that lacks one of them does not compile. Folding calls the body
-//! ([`LaneOp::eval`], in `eval`); the interpreter stamps the same body into loops. So folding and running
-//! have the same arithmetic by construction. This module must not know passes.
+//! one lane, and the facts that passes and reports need: [`Cost`], [`Continuity`], [`Precision`], [`Domain`],
+//! [`Derivative`]. A line that lacks one of them does not compile. Folding calls the body ([`LaneOp::eval`],
+//! in `eval`); the interpreter stamps the same body into loops. So folding and running have the same
+//! arithmetic by construction.
 
 mod eval;
 mod facts;

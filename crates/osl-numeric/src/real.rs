@@ -13,8 +13,6 @@
 //! | [`Real`] | all without a derivative, with the elementary functions |
 //! | [`Single`] | those of single precision, whose bits a body may use |
 //! | [`Scalar`] | those with a known value |
-//!
-//! This module must not know what a body computes.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -1,7 +1,6 @@
 //! Exact remainders in double precision, without the library call that a remainder of floats is.
 //!
-//! The remainder of two floats is itself a float, so that there is no rounding that could differ. This module
-//! must not know how many are computed together.
+//! The remainder of two floats is itself a float, so that there is no rounding that could differ.
 
 use super::rounding::{SIGNED_WHOLE_64, pick};
 

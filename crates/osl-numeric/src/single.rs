@@ -1,7 +1,6 @@
 //! The strict arithmetic of a single point: `f32`, `i32` and `bool`.
 //!
-//! Products and sums are rounded one by one, and functions are those of [`strict`]. This module must not know
-//! what a body computes.
+//! Products and sums are rounded one by one, and functions are those of [`strict`].
 
 use super::int::{Int, Mask};
 use super::real::{Number, Real, Scalar, Single};

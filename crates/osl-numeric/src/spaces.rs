@@ -1,5 +1,4 @@
-//! The color spaces by name: which operations convert between them. Folding and running share it. This
-//! module must not know how the operations compute.
+//! The color spaces by name: which operations convert between them. Folding and running share it.
 
 use crate::LaneOp;
 use crate::color::SYSTEMS;

@@ -3,8 +3,7 @@
 //! The built-in `spline` is ordinary instructions over its knots; this module evaluates the same polynomials
 //! for the search alone. A [`Curve`] is prepared once for all positions that are searched in the same knots.
 //! The search is written in steps without branches, so that a caller can take them for many points at once.
-//! This module must not know arrays of the language, nor how many points are searched together. Source: OSL
-//! language specification, chapter on splines.
+//! Source: OSL language specification, chapter on splines.
 
 use super::basis::{Basis, CONSTANT, SIXTH};
 use super::tangent::Dual;

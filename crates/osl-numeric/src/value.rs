@@ -1,4 +1,4 @@
-//! The values that operations compute with: their kinds, and constants. This module must not know operations.
+//! The values that operations compute with: their kinds, and constants.
 
 use std::sync::Arc;
 

@@ -1,6 +1,4 @@
 //! A rectangle of a grid: some of its points, with the values that they have in the whole grid.
-//!
-//! This module must not know pictures or samples.
 
 use crate::Grid;
 use crate::grid::GridArea;

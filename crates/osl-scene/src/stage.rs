@@ -1,7 +1,5 @@
 //! The surroundings of a single surface in a preview: a camera, a lamp, a sky and a floor, all in proportion
-//! to the surface.
-//!
-//! This module must not know shaders: the caller gives the surface and the floor their materials.
+//! to the surface. The caller gives the surface and the floor their materials.
 
 use crate::camera::Camera;
 use crate::light::{Sky, SphereLight};

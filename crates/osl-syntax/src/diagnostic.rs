@@ -1,7 +1,7 @@
 //! The diagnostics model: codes, spans, notes and edits, as data.
 //!
 //! Every crate of the compiler reports through it and declares its codes next to the constructors of its
-//! messages. [`crate::render`] formats diagnostics. The model must not know terminals or colors.
+//! messages. [`crate::render`] formats diagnostics.
 
 use crate::span::Span;
 

@@ -3,7 +3,6 @@
 //! A [`Body`] holds values, blocks and slots in arenas. Blocks nest in [`Op::If`] and [`Op::Loop`]; there is
 //! no goto, no call (functions are inlined) and no struct (structs are split into parts). Lowering writes
 //! scalar variables as slots; the `ssa` pass turns those into values, so that later only arrays are slots.
-//! The IR must not know lanes, masks or registers.
 //!
 //! Inactive lanes: an instruction without effect may compute anything for a point that does not execute it,
 //! because the result is not read there. Only `Store…`, and the choice between the sides of an `If` or the

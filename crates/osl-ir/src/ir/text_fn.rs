@@ -1,5 +1,4 @@
-//! The functions of strings that a body can call. What they compute is in [`text`](crate::text), which this
-//! module must not know.
+//! The functions of strings that a body can call. [`text`](crate::text) computes them.
 
 use super::Kind;
 

@@ -1,5 +1,5 @@
 //! What a condition says of the values that it compares. In a branch, these values are narrowed, so that a
-//! guarded operation is seen as guarded. This module must not know how a body is walked.
+//! guarded operation is seen as guarded.
 
 use super::defs::{Def, Defs};
 use super::state::{Undo, Walk};

@@ -1,7 +1,7 @@
 //! Bounds of calls that need more than a lane's arithmetic. A noise is bounded by its range, and on a small
 //! tile by its value in the middle and its steepest slope. A call with known arguments runs. Lookups in
 //! textures are bounded by their texels (`textures`), and conversions of colors by their operations. All
-//! other calls may have any result. This module must not know how a body is walked.
+//! other calls may have any result.
 
 use super::domain::{Tile, shaped};
 use super::textures;

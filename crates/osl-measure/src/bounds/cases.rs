@@ -1,6 +1,5 @@
 //! The places of a walk that have cases, and what holds in each case: a branch, a number that becomes whole,
-//! an index. Places in loops and in branches whose sides are joined have none. This module must not know how
-//! a body is walked.
+//! an index. Places in loops and in branches whose sides are joined have none.
 
 use super::state::{Undo, Walk};
 use osl_ir::ir::{LaneOp, ValueId};

@@ -1,6 +1,4 @@
 //! The definitions of a program's values: what a value is computed from.
-//!
-//! This module must not know which values they have.
 
 use osl_ir::ir::{BlockId, Body, Const, LaneOp, Op, ValueId};
 

@@ -1,5 +1,4 @@
-//! The points and parameters for which a statement is proved: a box, and its parts, the tiles. This module
-//! must not know programs.
+//! The points and parameters for which a statement is proved: a box, and its parts, the tiles.
 
 use osl_exec::PointSource;
 use osl_ir::global::Global;

@@ -7,8 +7,7 @@
 //! is reached, and which statements are wrong. `sites` are the operations for which something is proved.
 //! [`text`](text::text) formats a [`Report`].
 //!
-//! All statements are about the strict arithmetic, with its rounding. This module must not know the command
-//! line.
+//! All statements are about the strict arithmetic, with its rounding.
 
 mod assume;
 mod calls;

@@ -1,6 +1,4 @@
 //! The numbers that a component of an output or an argument may be: floats or ints, each to its last digit.
-//!
-//! This module must not know programs.
 
 use osl_numeric::interval::{Enclosure, Interval, Whole};
 

@@ -1,8 +1,6 @@
 //! Paths: where a tile does not decide a branch, or a whole number has few values, the points of the tile may
 //! be walked apart, each case with what holds in it. So values stay together that belong together: the start
 //! and the end of the cell that a point is in. A path is a case of each such place, in the order of the walk.
-//!
-//! This module must not know which places have cases (`cases`), or how a body is walked.
 
 /// The maximum number of paths of a tile.
 const PATHS: usize = 100;

@@ -3,7 +3,7 @@
 //! The tiles in hand cover the domain, so the hull of their enclosures holds everywhere. In each round, those
 //! that matter most are split: those whose enclosures exceed the values that were reached the most, and those
 //! with statements that are open. The number of tiles in a round is fixed, so the result does not depend on
-//! the number of threads. This module must not know how a tile is walked.
+//! the number of threads.
 
 use super::calls::Calls;
 use super::defs::Defs;

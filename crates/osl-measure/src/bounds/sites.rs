@@ -1,6 +1,5 @@
 //! The operations for which something can be proved: that an argument is in the function's domain, that a
 //! divisor is never 0, that an index exists, that an int fits. They are the events that `sanitize` counts.
-//! This module must not know how values are bounded.
 
 use super::defs::Defs;
 use super::numbers::Numbers;

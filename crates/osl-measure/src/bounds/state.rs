@@ -1,6 +1,6 @@
 //! The state of a walk: what is known of each value, of the arrays and of the path so far.
 //!
-//! `walk` drives, and `assume` and `cases` narrow values. This module must not know what an instruction does.
+//! `walk` drives, and `assume` and `cases` narrow values.
 
 use super::calls::Calls;
 use super::defs::Defs;

@@ -1,4 +1,4 @@
-//! A report as text. This module must not know how it was made.
+//! A report as text.
 
 use super::search::is_minor;
 use super::{Claim, Output, Report, Verdict, What};

@@ -1,6 +1,5 @@
 //! Bounds of texture lookups: the smallest and the largest texel of each channel, with what lookups give
-//! outside of the image, in channels that the file does not have, and in place of a missing file. This module
-//! must not know how a body is walked.
+//! outside of the image, in channels that the file does not have, and in place of a missing file.
 
 use osl_exec::Services;
 use osl_image::{LookupOptions, OwnedSubImage, Reach, Texture, TextureCache, Wrap};

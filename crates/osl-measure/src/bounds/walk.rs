@@ -5,8 +5,7 @@
 //! (`cases`). A loop is walked round by round; from a number of rounds on, its variables are widened until
 //! they no longer grow. A walk has a number of instructions; once it has used them up, each further loop is
 //! walked only once, for any values of its variables. So nested loops cost no more than their depth times
-//! their length. Every instruction reports what it was given to `sites`. This module must not know how tiles
-//! are chosen.
+//! their length. Every instruction reports what it was given to `sites`.
 
 use super::domain::{Tile, shaped};
 use super::paths::Paths;

@@ -1,8 +1,8 @@
 //! What a shader does at one point, line by line: values, branches, loop iterations, calls, and lines that do
 //! not run.
 //!
-//! It reads a [`Trace`](crate::trace::Trace) and the notes in it. It must not know how values are computed,
-//! nor the command line. [`text`] formats an explanation for people, and it serialises for tools.
+//! It reads a [`Trace`](crate::trace::Trace) and the notes in it. [`text`] formats an explanation for people,
+//! and it serialises for tools.
 
 mod closure;
 mod cost;

@@ -3,7 +3,7 @@
 //! It walks a lowered body with notes backwards, before variables become values, and finds the variables that
 //! may still be read. An assignment is needed if its variable is. An outermost loop is walked until a walk
 //! finds nothing new; the loops in it are walked once each time, so that the cost of nested loops does not
-//! grow with a power of their depth. This module must not know what happened at a point.
+//! grow with a power of their depth.
 
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, Note, Op, SlotId, Source, ValueId};
 use osl_limits::Limits;

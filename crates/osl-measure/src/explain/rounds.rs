@@ -2,8 +2,7 @@
 //!
 //! The passes unroll a loop with a few known rounds, and each copy of an assignment has a result of its own.
 //! To tell which round a copy belongs to, a copy of the body counts the rounds of each loop, and marks each
-//! assignment with the counts: in unrolled code they are constants. This module must not know what happened
-//! at a point.
+//! assignment with the counts: in unrolled code they are constants.
 
 use super::sites::Sites;
 use osl_ir::Span;

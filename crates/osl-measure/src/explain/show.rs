@@ -1,6 +1,4 @@
-//! Values and numbers as text, short enough to read.
-//!
-//! This module must not know traces: a closure, whose text needs one, is only there or not.
+//! Values and numbers as text, short enough to read. A closure is only there or not.
 
 use crate::trace::Exact;
 use osl_ir::ir::Const;

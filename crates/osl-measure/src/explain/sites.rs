@@ -1,6 +1,4 @@
 //! The notes of a body by their sites: where each stands, what surrounds it, and what the passes make of it.
-//!
-//! This module must not know what happened at a point.
 
 use osl_ir::Span;
 use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Note, Op, Test, ValueId};

@@ -1,6 +1,4 @@
 //! Lines and texts of the source to which spans belong.
-//!
-//! This module must not know what runs there.
 
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;

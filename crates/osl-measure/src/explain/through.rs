@@ -1,7 +1,7 @@
 //! From which variables a value gets its derivative, and why the language gives it none.
 //!
 //! The walk follows the arguments of operations as long as a change of the argument changes the result at
-//! this point, and the language carries the derivative on. This module must not know lines.
+//! this point, and the language carries the derivative on.
 
 use super::source::snippet;
 use crate::trace::{Exact, NodeId, OnePoint, Trace, What as Kind, eval, noise};

@@ -1,6 +1,4 @@
 //! The values of a point, as text and for tools.
-//!
-//! This module must not know lines.
 
 use super::closure;
 use super::show::{show, show_exact};

@@ -1,8 +1,7 @@
 //! Error bounds that differ between the outputs of an image, and the ranges of which a bound may be a share.
 //!
 //! A range is measured before the image is computed, at the centres of some of its pixels. So it depends
-//! neither on threads nor on the pieces in which the image is computed. This module must not know how a bound
-//! is kept.
+//! neither on threads nor on the pieces in which the image is computed.
 
 use super::image::Shading;
 use super::oracle::some_pixels;

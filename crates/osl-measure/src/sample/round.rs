@@ -1,7 +1,6 @@
 //! A round of samples of some pixels: their new sums, how far the round moved their means, and their errors.
 //!
-//! All planes of eight pixels are examined together, so that the compiler puts the pixels into vectors. This
-//! module must not know which pixels need another round.
+//! All planes of eight pixels are examined together, so that the compiler puts the pixels into vectors.
 
 use super::error::{Shown, value, weight, within};
 use super::weights::{Weights, weighted};

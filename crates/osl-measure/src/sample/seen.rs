@@ -2,8 +2,8 @@
 //!
 //! A sample is a ray through a place of its pixel, and the shader runs where the ray meets the surface. A
 //! pixel has the weighted mean of these points; its coverage is their share of the weight of all rays.
-//! Nothing is interpolated, because the edge of the surface is nowhere smooth. This module must not know how
-//! points are shaded: the caller runs them.
+//! Nothing is interpolated, because the edge of the surface is nowhere smooth. The caller shades
+//! the points.
 
 use super::bounds::outputs;
 use super::error::steady;

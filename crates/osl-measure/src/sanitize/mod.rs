@@ -4,7 +4,7 @@
 //! Each point is followed as by `explain`, and `detect` looks at each executed instruction; so nothing of a
 //! run changes, and code that a point does not execute has no events. `watch` counts over points, `words`
 //! describes an event, `rounding` follows points with random rounding, [`text`](text::text) formats a
-//! [`Report`]. This module must not know the command line.
+//! [`Report`].
 
 mod detect;
 mod rounding;

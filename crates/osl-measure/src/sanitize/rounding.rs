@@ -2,7 +2,7 @@
 //! which the three agree are those that rounding leaves right.
 //!
 //! This needs no double precision. So it also sees what double precision does not change: ints, hashes, and
-//! coordinates of textures that depend on rounded numbers. This module must not know how a run rounds.
+//! coordinates of textures that depend on rounded numbers.
 
 use super::detect::ALL_DIGITS;
 use super::watch::{Points, Subject, nth, stride};

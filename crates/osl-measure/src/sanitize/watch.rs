@@ -2,7 +2,7 @@
 //!
 //! Events count where the source has the operation itself. Derivatives that the compiler writes, and the
 //! inside of composed built-ins, are left out: their guards compute both sides of a choice, so an event there
-//! need not matter. This module must not know what an event is.
+//! need not matter.
 
 use super::detect::{DIGITS_LOST, DetectedEvent, LOST_AT, can_cancel, events};
 use super::words::{Example, example};

@@ -1,5 +1,4 @@
-//! One event in words: what was computed from what, and what that means. This module must not know how events
-//! are found or counted.
+//! One event in words: what was computed from what, and what that means.
 
 use super::Kind;
 use super::detect::{ALL_DIGITS, DetectedEvent, operands, part};

@@ -4,7 +4,7 @@
 //! A follower walks the lowered IR. Both arithmetics take the same path through the program until a condition
 //! or an index differs. From there each takes its own path; where the paths join, their values stand side by
 //! side again. Operations use the same bodies as a run. Calls that need more than a lane's arithmetic go to
-//! the interpreter, as a batch of one point. This module must not know what its traces are used for.
+//! the interpreter, as a batch of one point.
 
 mod exact;
 mod follow;

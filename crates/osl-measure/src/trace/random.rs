@@ -3,7 +3,7 @@
 //! Runs that differ only in these choices agree in the digits that rounding leaves right. This is the CESTAC
 //! method (Vignes and La Porte 1974; Vignes, "A stochastic arithmetic for reliable scientific computation",
 //! 1993). A result that is exact stays as it is: the operation on the same operands in double precision
-//! tells. This module must not know programs or points.
+//! tells.
 
 use super::{Exact, eval};
 use osl_ir::ir::{Const, LaneOp};

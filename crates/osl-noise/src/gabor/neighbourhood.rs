@@ -1,6 +1,4 @@
 //! All impulses in the cells around some points, in columns: computed once and shared by the points.
-//!
-//! This module must not know what an impulse contributes.
 
 use super::{LANES, Lanes};
 

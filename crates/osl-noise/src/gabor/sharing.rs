@@ -1,6 +1,4 @@
 //! Which points have the same key: a list of points for each key.
-//!
-//! This module must not know what a key stands for.
 
 use super::site::Key;
 

@@ -1,4 +1,4 @@
-//! The errors of the fast functions. This module must not know how they are computed.
+//! The errors of the fast functions.
 
 /// The error bound of a function of one argument.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,4 @@
-//! Lane operations on intervals: the bodies of the list, met with the tighter forms of `rules`. This module
-//! must not know programs.
+//! Lane operations on intervals: the bodies of the list, met with the tighter forms of `rules`.
 
 use super::{Interval, Truth, Whole, rules};
 use crate::{Const, Int, Kind, LaneOp};

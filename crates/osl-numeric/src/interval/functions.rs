@@ -2,7 +2,7 @@
 //! one. A single float gives the strict function itself.
 //!
 //! The bounds of the errors are about twice the errors that the tests find, among them one that compares all
-//! floats. This module must not know bodies of operations.
+//! floats.
 
 use super::{Interval, down, up};
 use crate::real::Real;

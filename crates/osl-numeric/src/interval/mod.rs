@@ -9,8 +9,7 @@
 //! hull of both cases. `rules` has tighter forms for operations that use an argument twice, such as
 //! `smoothstep`.
 //!
-//! An interval that holds a single float gives exactly the float that a run gives. This module must not know
-//! programs.
+//! An interval that holds a single float gives exactly the float that a run gives.
 
 mod eval;
 mod functions;

@@ -1,4 +1,4 @@
-//! Intervals as numbers of the arithmetic. This module must not know what a body computes.
+//! Intervals as numbers of the arithmetic.
 
 use super::{Interval, Truth, Whole, functions, most};
 use crate::real::{Number, Real};

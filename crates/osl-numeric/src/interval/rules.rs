@@ -1,6 +1,5 @@
 //! Tighter forms of operations that use an argument more than once, or that guard a function by a comparison
-//! of its argument: the hull of both cases would forget what the comparison says. This module must not know
-//! how other operations are bounded.
+//! of its argument: the hull of both cases would forget what the comparison says.
 
 use super::functions::{pow_accurate, square_of};
 use super::{Enclosure, Interval, Whole};

@@ -1,4 +1,4 @@
-//! What is known of the truth of a condition. This module must not know numbers.
+//! What is known of the truth of a condition.
 
 use crate::int::Mask;
 use std::ops::{BitAnd, BitOr, Not};

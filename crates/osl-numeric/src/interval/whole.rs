@@ -1,4 +1,4 @@
-//! Intervals of ints. A result that may wrap around is every int. This module must not know floats.
+//! Intervals of ints. A result that may wrap around is every int.
 
 use super::Truth;
 use crate::int::Int;

@@ -1,4 +1,4 @@
-//! The facts about an operation that its line in the list gives. This module must not know operations.
+//! The facts about an operation that its line in the list gives.
 
 /// The approximate cost of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

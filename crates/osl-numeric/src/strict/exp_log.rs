@@ -1,7 +1,6 @@
 //! Exponentials and logarithms: exponent bits by integer arithmetic, the rest by a polynomial.
 //!
-//! Arguments are clamped, so that results are always finite and, for the exponentials, never zero. This
-//! module must not know powers.
+//! Arguments are clamped, so that results are always finite and, for the exponentials, never zero.
 
 use super::{bits, clamp, crush, horner};
 use crate::rounding::exponent_bits;

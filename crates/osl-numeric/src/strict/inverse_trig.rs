@@ -1,6 +1,4 @@
 //! Arc functions: a cubic times a square root for asin and acos, a rational function for atan and atan2.
-//!
-//! This module must not know the forward functions.
 
 use super::{PI, PI_2, bits, crush, horner};
 use crate::Single;

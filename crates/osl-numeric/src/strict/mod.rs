@@ -6,7 +6,7 @@
 //!
 //! Constants are written as bit patterns where a decimal number would not show which float is meant. The
 //! approximations are those of OpenImageIO's `fmath.h`. The functions are written for any [`Single`]; in a
-//! loop over `f32`, they vectorise. This module must not know more than single numbers.
+//! loop over `f32`, they vectorise.
 
 mod exp_log;
 mod hyperbolic;

@@ -1,7 +1,7 @@
 //! Sine, cosine, tangent: reduction by multiples of π in four steps, then a polynomial.
 //!
 //! The reduction has an absolute error of about 1e-7 up to some thousands of turns; beyond 2^31 half-turns
-//! the result saturates. This module must not know the inverse functions.
+//! the result saturates.
 
 use super::{PI_2, PI_4, bits, clamp, crush, horner};
 use crate::Single;

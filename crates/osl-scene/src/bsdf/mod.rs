@@ -2,7 +2,7 @@
 //!
 //! [`CLOSURES`] is the one table of closures for previews, for `oslrun render` and for `testrender`. What
 //! differs between them is where this module asks for the [`Rules`]. Directions point away from the surface
-//! and have length 1, in common space. This module must not know rays, lights or how shaders run.
+//! and have length 1, in common space.
 
 mod closures;
 mod diffuse;

@@ -1,7 +1,7 @@
 //! Displacement: a shader moves the vertices of a surface.
 //!
 //! Vertices become shading points, one per place, so that the shader runs over them in batches as over any
-//! other points; its output moves them. This module must not know how a shader is compiled or run.
+//! other points; its output moves them.
 
 use crate::mesh::{SurfacePoint, Triangles};
 use crate::surface_points::{Footprint, SurfacePoints};

@@ -1,7 +1,7 @@
 //! Light sources: spherical lamps and the sky.
 //!
 //! Each kind of light can be sampled from a point, and returns the density of a direction that was chosen
-//! otherwise, as multiple importance sampling requires. This module must not know surfaces or pictures.
+//! otherwise, as multiple importance sampling requires.
 
 mod sky;
 

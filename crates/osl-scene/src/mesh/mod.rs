@@ -1,7 +1,6 @@
 //! Meshes: polygons from scenes and files, and triangles for rendering.
 //!
-//! `Mesh` is the input, checked by [`Mesh::check`]; `Triangles` is what `subdivide` makes of it. This module
-//! must not know cameras or shaders.
+//! `Mesh` is the input, checked by [`Mesh::check`]; `Triangles` is what `subdivide` makes of it.
 
 mod bvh;
 mod normals;

@@ -3,7 +3,7 @@
 //! Sets of boxes are split where the estimated cost for a ray is smallest (J. D. MacDonald and K. S. Booth,
 //! "Heuristics for ray tracing using space subdivision", 1990), among a few positions along the longest axis.
 //! If the tree becomes too deep, sets are split into halves of equal size, so that any boxes, however stacked
-//! or nested, take at most n log² n time. This module must not know triangles.
+//! or nested, take at most n log² n time.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;

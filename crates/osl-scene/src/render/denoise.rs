@@ -3,7 +3,7 @@
 //! H. Dammertz, D. Sewtz, J. Hanika and H. Lensch, "Edge-Avoiding À-Trous Wavelet Transform for fast Global
 //! Illumination Filtering", 2010. The light is divided by the color of the surface first, so that a pattern
 //! stays sharp whatever is averaged; a neighbour counts less the more its surface and its light differ, and
-//! the light may differ by more where the renderer knows less. This module must not know paths or shaders.
+//! the light may differ by more where the renderer knows less.
 
 use super::Picture;
 use super::layers::Layer;

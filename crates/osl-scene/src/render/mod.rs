@@ -2,8 +2,7 @@
 //!
 //! The picture is divided into tiles, each computed by one thread. A tile follows thousands of paths at once,
 //! surface by surface, so that shaders run over many points of one material together. The result of a tile
-//! depends only on the world, the options and its position, not on threads. This module must not know files
-//! or terminals.
+//! depends only on the world, the options and its position, not on threads.
 
 mod denoise;
 mod layers;

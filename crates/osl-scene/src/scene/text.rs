@@ -2,8 +2,7 @@
 //!
 //! A node is `kind { name value … }`, with one parameter per line. Values continue on lines that begin with a
 //! number or a quoted text. Arrays state their number of elements: `vlist 8 1 POINT …`, or `b64POINT` with
-//! the bytes of little-endian floats in base64. `#` begins a comment. This module must not know which nodes
-//! exist.
+//! the bytes of little-endian floats in base64. `#` begins a comment.
 
 use super::message::{Messages, SceneLocation};
 use base64::Engine;

@@ -1,8 +1,7 @@
 //! Analytic shapes: sphere, cylinder, torus, plane, cube; and the trait of everything that a ray can hit.
 //!
 //! Each shape is centred at the origin with y up. It maps the unit square of u and v to its points such that
-//! the normal points along `dPdu × dPdv` and outwards; u increases to the right for a view along −z. This
-//! module must not know cameras or shaders.
+//! the normal points along `dPdu × dPdv` and outwards; u increases to the right for a view along −z.
 
 mod area;
 mod hit;

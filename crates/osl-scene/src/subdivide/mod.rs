@@ -3,7 +3,7 @@
 //! `topology` joins faces along edges, `refine` computes a level from the previous one, `limit` moves
 //! vertices to the limit surface, `triangles` triangulates the result, and `adaptive` chooses the level. The
 //! arithmetic is in double precision. Surface coordinates are interpolated linearly within each face of the
-//! mesh. This module must not know shaders.
+//! mesh.
 
 mod adaptive;
 mod limit;

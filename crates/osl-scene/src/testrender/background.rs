@@ -1,7 +1,7 @@
 //! Light from all directions: a table of its brightness, by which directions are sampled.
 //!
 //! The table covers the azimuth around z and the cosine of the angle to z, so that all cells have the same
-//! solid angle. This module must not know how the light is computed.
+//! solid angle.
 
 use glam::Vec3;
 use osl_numeric::strict::{atan2, sincos};

@@ -3,8 +3,7 @@
 //! Scenes are XML ([`scene`]) with a [`camera`], spheres, quads and meshes ([`shapes`]), shader groups and a
 //! [`background`]. Its test pictures have few paths per pixel and are compared directly, so the noise is part
 //! of the format: random numbers ([`sampler`]) and their order ([`integrator`]) follow it. Closures are those
-//! of [`crate::bsdf`] with the rules of this tool. This module must not know files, command lines or how
-//! shaders are compiled.
+//! of [`crate::bsdf`] with the rules of this tool.
 
 pub mod background;
 pub mod camera;

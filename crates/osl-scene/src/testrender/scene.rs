@@ -1,5 +1,4 @@
-//! Reads a scene from XML. Shader groups stay text or statements: this module must not know how shaders are
-//! found.
+//! Reads a scene from XML. Shader groups stay text or statements.
 
 use super::camera::Camera;
 use super::shapes::{Form, Shape};

@@ -2,7 +2,7 @@
 //!
 //! The reader is as lenient as the one for which those scenes were written (pugixml): it accepts several root
 //! elements, repeated attributes and unknown entities. Errors have the same texts and byte offsets, since
-//! scripts compare them. This module must not know what the elements mean.
+//! scripts compare them.
 
 /// An element.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,4 @@
 //! A cell of a lattice: its corners, and the values that are interpolated between them.
-//!
-//! This module must not know which cells are interpolated, nor whether that is good enough.
 
 use crate::sample::rate::mix;
 

@@ -1,8 +1,6 @@
 //! Builds a shader group as the reference's tools do: step by step. Each failure is reported at once, in the
-//! words of those tools, because scripts read them. All tools that run groups use it.
-//!
-//! `osl_lower::group` defines groups and decides which connections are valid; this module must not know
-//! command lines or scenes.
+//! words of those tools, because scripts read them. All tools that run groups use it. `osl_lower::group`
+//! decides which connections are valid.
 
 use super::Console;
 use super::settings::Settings;
