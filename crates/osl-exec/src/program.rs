@@ -141,7 +141,7 @@ impl Program {
             })
             .collect();
         let uniform = registers.list.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
-        let insts = body.blocks.iter().flat_map(|block| &block.insts);
+        let insts = body.insts();
         let error_messages = insts.map(|inst| &inst.op).any(|op| {
             matches!(
                 op,

@@ -261,6 +261,14 @@ pub enum Init {
 }
 
 impl Init {
+    /// The expressions of its elements.
+    pub fn exprs(&self) -> Vec<&Expr> {
+        match self {
+            Init::Value(e) => vec![e],
+            Init::List(items) => items.iter().flat_map(Init::exprs).collect(),
+        }
+    }
+
     /// Whether it consists of literals, and triples and matrices of them: such values are stored in a
     /// compiled file.
     pub fn is_constant(&self) -> bool {
@@ -271,7 +279,53 @@ impl Init {
     }
 }
 
+impl Stmt {
+    /// Its expressions, without those of the statements in it.
+    pub fn exprs(&self) -> Vec<&Expr> {
+        match &self.kind {
+            StmtKind::Expr(e) | StmtKind::If(e, ..) => vec![e],
+            StmtKind::Declare(_, Some(value)) | StmtKind::Return(Some(value)) => value.exprs(),
+            StmtKind::Loop { cond, iter, .. } => cond.iter().chain(iter).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
 impl Expr {
+    /// The expressions directly within it, in the order of the text.
+    pub fn parts(&self) -> Vec<&Expr> {
+        match &self.kind {
+            ExprKind::Int(_)
+            | ExprKind::Float(_)
+            | ExprKind::Str(_)
+            | ExprKind::NullClosure
+            | ExprKind::Error => Vec::new(),
+            ExprKind::Read(place) | ExprKind::Step { place, .. } => place.indices().collect(),
+            ExprKind::Convert(inner) | ExprKind::Unary(_, inner) => vec![inner],
+            ExprKind::Binary(_, a, b) => vec![a, b],
+            ExprKind::Ternary(cond, a, b) => vec![cond, a, b],
+            ExprKind::Assign(place, value) => place.indices().chain(value.exprs()).collect(),
+            ExprKind::Triple(parts) => parts.iter().collect(),
+            ExprKind::Matrix(parts) | ExprKind::Comma(parts) => parts.iter().collect(),
+            ExprKind::Struct(parts) => parts.iter().flat_map(Init::exprs).collect(),
+            ExprKind::Call(_, args) => {
+                let of_arg = |arg| match arg {
+                    &Arg::Alias(ref place) => place.indices().collect(),
+                    Arg::Copy { value, .. } => value.exprs(),
+                };
+                args.iter().flat_map(of_arg).collect()
+            }
+            ExprKind::Builtin(call) => call.args.iter().collect(),
+            ExprKind::Operation(call) => call.args.iter().collect(),
+        }
+    }
+
+    /// Visits it and everything in it.
+    pub fn each<'e>(&'e self, visit: &mut dyn FnMut(&'e Expr)) {
+        visit(self);
+        self.parts().into_iter().for_each(|part| part.each(visit));
+    }
+
     fn is_constant(&self) -> bool {
         match &self.kind {
             ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::NullClosure => true,
@@ -401,6 +455,11 @@ pub struct Lvalue {
 }
 
 impl Lvalue {
+    /// The indices of its path.
+    pub fn indices(&self) -> impl Iterator<Item = &Expr> {
+        self.path.iter().flat_map(Step::indices)
+    }
+
     /// Whether it is a variable, or a field of one, without any index.
     pub fn is_plain(&self) -> bool {
         self.path.iter().all(|step| matches!(step, Step::Field(_)))
@@ -432,4 +491,16 @@ pub enum Step {
     Component(Box<Expr>),
     /// A matrix element: row and column.
     Cell(Box<Expr>, Box<Expr>),
+}
+
+impl Step {
+    /// Its indices: none, one, or the row and the column.
+    pub fn indices(&self) -> impl Iterator<Item = &Expr> {
+        let indices = match self {
+            Step::Field(_) => [None, None],
+            Step::Element(at) | Step::Component(at) => [Some(&**at), None],
+            Step::Cell(row, column) => [Some(&**row), Some(&**column)],
+        };
+        indices.into_iter().flatten()
+    }
 }

@@ -83,12 +83,8 @@ fn search(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) -> FxHa
 
 /// Whether a slot is stored to in a block after its first `skip` instructions, or in blocks nested there.
 pub(super) fn is_stored(body: &Body, block: BlockId, skip: usize, slot: SlotId) -> bool {
-    body.block(block).insts.iter().skip(skip).any(|inst| match &inst.op {
-        Op::Store(to, _) => *to == slot,
-        Op::If { then, otherwise, .. } => {
-            is_stored(body, *then, 0, slot) || is_stored(body, *otherwise, 0, slot)
-        }
-        Op::Loop { body: round, .. } => is_stored(body, *round, 0, slot),
-        _ => false,
+    body.block(block).insts.iter().skip(skip).any(|inst| {
+        matches!(inst.op, Op::Store(to, _) if to == slot)
+            || inst.op.blocks().any(|id| is_stored(body, id, 0, slot))
     })
 }

@@ -144,10 +144,5 @@ fn reports(kernel: &Kernel) -> bool {
 
 /// Whether a block may run such an operation.
 fn runs(body: &Body, block: BlockId, wanted: &dyn Fn(&Kernel) -> bool) -> bool {
-    body.block(block).insts.iter().any(|inst| match &inst.op {
-        Op::Kernel(kernel, _) => wanted(kernel),
-        Op::If { then, otherwise, .. } => runs(body, *then, wanted) || runs(body, *otherwise, wanted),
-        Op::Loop { body: round, .. } => runs(body, *round, wanted),
-        _ => false,
-    })
+    body.insts_from(block).any(|inst| matches!(&inst.op, Op::Kernel(kernel, _) if wanted(kernel)))
 }

@@ -36,13 +36,7 @@ fn block(body: &Body, id: BlockId, times: f64, told: &mut dyn FnMut(&Inst, f64))
             _ => 0.0,
         };
         told(inst, times * own);
-        match &inst.op {
-            Op::If { then, otherwise, .. } => {
-                block(body, *then, times, told);
-                block(body, *otherwise, times, told);
-            }
-            Op::Loop { body: inner, .. } => block(body, *inner, times * ROUNDS, told),
-            _ => {}
-        }
+        let times = if matches!(inst.op, Op::Loop { .. }) { times * ROUNDS } else { times };
+        inst.op.blocks().for_each(|id| block(body, id, times, told));
     }
 }

@@ -10,7 +10,7 @@ pub(crate) fn left_out(body: &Body) -> Vec<String> {
     let mut all: Vec<String> = strings.map(|output| format!("the string `{}`", output.name)).collect();
     let constants: Vec<_> = body.constants().map(|(value, _)| value).collect();
     let closes = body.outputs.iter().any(|output| output.ty.base == Base::Closure);
-    for inst in body.blocks.iter().flat_map(|block| &block.insts).filter(|_| closes) {
+    for inst in body.insts().filter(|_| closes) {
         let Op::Kernel(Kernel::Component { name, .. }, args) = &inst.op else { continue };
         for (at, arg) in args.iter().enumerate().filter(|(_, arg)| !constants.contains(arg)) {
             let what = match body.kind(*arg) {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub(super) fn kinds(body: &Body) -> Vec<ClosureKind> {
     let mut kinds: Vec<ClosureKind> = Vec::new();
     let mut known = FxHashSet::default();
-    for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+    for inst in body.insts() {
         let Op::Kernel(Kernel::Component { name, shapes }, _) = &inst.op else { continue };
         if known.insert((name, shapes)) {
             kinds.push(ClosureKind { name: name.clone(), shapes: shapes.clone() });
@@ -40,7 +40,7 @@ pub(super) struct Flow<'a> {
 impl<'a> Flow<'a> {
     pub(super) fn of(body: &'a Body) -> Flow<'a> {
         let mut flow = Flow { from: FxHashMap::default(), components: FxHashMap::default() };
-        for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+        for inst in body.insts() {
             flow.inst(body, inst);
         }
         flow

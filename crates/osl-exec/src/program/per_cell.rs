@@ -57,14 +57,7 @@ fn block(body: &Body, id: BlockId, read: &mut dyn FnMut(ValueId)) {
             continue;
         }
         inst.op.for_each_use(&mut *read);
-        match &inst.op {
-            Op::If { then, otherwise, .. } => {
-                block(body, *then, read);
-                block(body, *otherwise, read);
-            }
-            Op::Loop { body: inner, .. } => block(body, *inner, read),
-            _ => {}
-        }
+        inst.op.blocks().for_each(|id| block(body, id, read));
     }
 }
 

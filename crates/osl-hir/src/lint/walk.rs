@@ -2,8 +2,7 @@
 //! where.
 
 use crate::hir::{
-    Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Step, Stmt, StmtKind, Var, VarId,
-    VarKind,
+    Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, Var, VarId, VarKind,
 };
 use osl_syntax::span::Span;
 use std::cell::Cell;
@@ -115,10 +114,7 @@ impl<'p> Walk<'p> {
     }
 
     pub(super) fn init(&self, init: &'p Init, sink: Sink<'_, 'p>) {
-        match init {
-            Init::Value(e) => self.expr(e, true, sink),
-            Init::List(parts) => parts.iter().for_each(|p| self.init(p, sink)),
-        }
+        init.exprs().into_iter().for_each(|e| self.expr(e, true, sink));
     }
 
     /// The events of an expression; `used` tells whether its value is used.
@@ -190,16 +186,7 @@ impl<'p> Walk<'p> {
     }
 
     fn indices(&self, place: &'p Lvalue, sink: Sink<'_, 'p>) {
-        for step in &place.path {
-            match step {
-                Step::Field(_) => {}
-                Step::Element(i) | Step::Component(i) => self.expr(i, true, sink),
-                Step::Cell(row, col) => {
-                    self.expr(row, true, sink);
-                    self.expr(col, true, sink);
-                }
-            }
-        }
+        place.indices().for_each(|index| self.expr(index, true, sink));
     }
 
     fn call(&self, id: FunctionId, args: &'p [Arg], span: Span, sink: Sink<'_, 'p>) {

@@ -296,8 +296,7 @@ impl Body {
 
     /// The values that are constants.
     pub fn constants(&self) -> impl Iterator<Item = (ValueId, &Const)> {
-        let insts = self.blocks.iter().flat_map(|block| &block.insts);
-        insts.filter_map(|inst| match (&inst.op, inst.results.first()) {
+        self.insts().filter_map(|inst| match (&inst.op, inst.results.first()) {
             (Op::Const(value), Some(result)) => Some((*result, value)),
             _ => None,
         })
@@ -332,7 +331,7 @@ impl Body {
     /// Whether there is an operation that the fast arithmetic computes by a cheaper formula.
     pub fn is_cheaper_in_fast(&self) -> bool {
         let cheaper = |inst: &Inst| matches!(&inst.op, Op::Lane(op, _) if op.is_approximated());
-        self.blocks.iter().any(|block| block.insts.iter().any(cheaper))
+        self.insts().any(cheaper)
     }
 
     /// Whether there is an operation of which the fast arithmetic may give other bits. Otherwise the program
@@ -340,21 +339,33 @@ impl Body {
     pub fn differs_in_fast(&self) -> bool {
         let differs =
             |inst: &Inst| matches!(&inst.op, Op::Lane(op, _) if op.precision() != Precision::Strict);
-        self.blocks.iter().any(|block| block.insts.iter().any(differs))
+        self.insts().any(differs)
+    }
+
+    /// The instructions of all blocks, also of those that are not reachable.
+    pub fn insts(&self) -> impl Iterator<Item = &Inst> {
+        self.blocks.iter().flat_map(|block| &block.insts)
+    }
+
+    /// The reachable instructions of a block in the order of the program, each before those of its blocks.
+    pub fn insts_from(&self, block: BlockId) -> impl Iterator<Item = &Inst> {
+        let mut open = vec![self.block(block).insts.iter()];
+        std::iter::from_fn(move || {
+            loop {
+                let Some(inst) = open.last_mut()?.next() else {
+                    open.pop();
+                    continue;
+                };
+                let nested: Vec<BlockId> = inst.op.blocks().collect();
+                open.extend(nested.into_iter().rev().map(|id| self.block(id).insts.iter()));
+                return Some(inst);
+            }
+        })
     }
 
     /// Number of reachable instructions, including nested ones.
     pub fn count(&self) -> usize {
-        self.count_block(self.entry)
-    }
-
-    fn count_block(&self, id: BlockId) -> usize {
-        let nested = |inst: &Inst| match &inst.op {
-            Op::If { then, otherwise, .. } => self.count_block(*then) + self.count_block(*otherwise),
-            Op::Loop { body, .. } => self.count_block(*body),
-            _ => 0,
-        };
-        self.block(id).insts.iter().map(|inst| 1 + nested(inst)).sum()
+        self.insts_from(self.entry).count()
     }
 }
 
@@ -382,6 +393,16 @@ pub(crate) fn is_choice(op: LaneOp) -> bool {
 }
 
 impl Op {
+    /// The blocks of a branch or a loop, in the order of the program.
+    pub fn blocks(&self) -> impl Iterator<Item = BlockId> + use<> {
+        let blocks = match self {
+            Op::If { then, otherwise, .. } => [Some(*then), Some(*otherwise)],
+            Op::Loop { body, .. } => [Some(*body), None],
+            _ => [None; 2],
+        };
+        blocks.into_iter().flatten()
+    }
+
     /// Calls `visit` for each value that the operation reads, including the yields of its blocks.
     pub fn for_each_use(&self, mut visit: impl FnMut(ValueId)) {
         match self {

@@ -15,8 +15,7 @@ pub(super) fn run(body: &mut Body) {
     let mut changed = false;
     each_block(body, &mut |body, id| changed |= lowers(body, id));
     normals(body);
-    let mut insts = body.blocks.iter().flat_map(|block| &block.insts);
-    let distances = insts.any(|inst| matches!(inst.op, Op::Lane(LaneOp::Distance, _)));
+    let distances = body.insts().any(|inst| matches!(inst.op, Op::Lane(LaneOp::Distance, _)));
     if changed || distances {
         super::dce::run(body);
     }
@@ -38,13 +37,7 @@ fn each_block(body: &mut Body, rewrite: &mut dyn FnMut(&mut Body, BlockId)) {
     let mut work = vec![body.entry];
     while let Some(id) = work.pop() {
         rewrite(body, id);
-        for inst in &body.block(id).insts {
-            match &inst.op {
-                Op::If { then, otherwise, .. } => work.extend([*then, *otherwise]),
-                Op::Loop { body: inner, .. } => work.push(*inner),
-                _ => {}
-            }
-        }
+        work.extend(body.block(id).insts.iter().flat_map(|inst| inst.op.blocks()));
     }
 }
 

@@ -246,13 +246,7 @@ impl Live {
 
     /// Whether a block has a needed effect.
     fn effect_inside(&self, body: &Body, id: BlockId) -> bool {
-        body.block(id).insts.iter().any(|inst| match &inst.op {
-            Op::If { then, otherwise, .. } => {
-                self.effect_inside(body, *then) || self.effect_inside(body, *otherwise)
-            }
-            Op::Loop { body: inner, .. } => self.effect_inside(body, *inner),
-            op => self.has_effect(op),
-        })
+        body.insts_from(id).any(|inst| self.has_effect(&inst.op))
     }
 }
 

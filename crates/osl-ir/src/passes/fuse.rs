@@ -31,7 +31,7 @@ pub(super) fn run(body: &mut Body) {
 fn uses(body: &Body) -> Vec<u32> {
     let mut uses = vec![0; body.values.len()];
     let mut read = |v: ValueId| uses[v.index()] += 1;
-    for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+    for inst in body.insts() {
         inst.op.for_each_use(&mut read);
     }
     for output in &body.outputs {

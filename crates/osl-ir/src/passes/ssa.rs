@@ -166,16 +166,9 @@ impl Ssa<'_> {
 
     /// Scalar slots that a block writes, nested blocks included.
     fn written(&self, id: BlockId, out: &mut Vec<SlotId>) {
-        for inst in &self.body.block(id).insts {
-            match &inst.op {
-                Op::Store(slot, _) if self.is_scalar(*slot) => out.push(*slot),
-                Op::If { then, otherwise, .. } => {
-                    self.written(*then, out);
-                    self.written(*otherwise, out);
-                }
-                Op::Loop { body, .. } => self.written(*body, out),
-                _ => {}
-            }
-        }
+        out.extend(self.body.insts_from(id).filter_map(|inst| match inst.op {
+            Op::Store(slot, _) if self.is_scalar(slot) => Some(slot),
+            _ => None,
+        }));
     }
 }

@@ -125,7 +125,7 @@ impl Unroll {
 
     fn round(&mut self, body: &mut Body, inst: Inst, kept: &mut Vec<Inst>) {
         let Op::Loop { init, params, body: inner, next, .. } = &inst.op else { return };
-        let size = size(body, *inner);
+        let size = body.insts_from(*inner).count();
         // A loop that would not fit is not executed either.
         let most = (self.left / size.max(1)).min(MAX_ROUNDS);
         let rounds = self.rounds(body, &inst, most, None).map(|rounds| (rounds, None));
@@ -314,16 +314,6 @@ fn define(body: &mut Body, like: ValueId) -> ValueId {
     let value = body.value(like).clone();
     body.values.push(value);
     ValueId(body.values.len() as u32 - 1)
-}
-
-/// Number of instructions of a block, including nested ones.
-fn size(body: &Body, id: BlockId) -> usize {
-    let nested = |inst: &Inst| match &inst.op {
-        Op::If { then, otherwise, .. } => size(body, *then) + size(body, *otherwise),
-        Op::Loop { body: inner, .. } => size(body, *inner),
-        _ => 0,
-    };
-    body.block(id).insts.iter().map(|inst| 1 + nested(inst)).sum()
 }
 
 /// Copies a block with new values.

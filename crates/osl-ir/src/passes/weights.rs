@@ -74,7 +74,7 @@ struct Shadow<'a> {
 impl<'a> Shadow<'a> {
     fn new(body: &'a mut Body, of: Arc<str>) -> Shadow<'a> {
         let (mut names, mut plain) = (Vec::<Arc<str>>::new(), Vec::new());
-        for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+        for inst in body.insts() {
             match &inst.op {
                 Op::Kernel(Kernel::Component { name, .. }, _) if !names.contains(name) => {
                     names.push(name.clone())
@@ -84,7 +84,7 @@ impl<'a> Shadow<'a> {
             }
         }
         let kept = only_kept(body, &plain);
-        let loads = body.blocks.iter().flat_map(|block| &block.insts);
+        let loads = body.insts();
         plain.extend(loads.filter_map(|inst| match &inst.op {
             Op::Load(slot) if kept.contains(slot) => inst.results.first().copied(),
             _ => None,
@@ -129,13 +129,7 @@ impl<'a> Shadow<'a> {
         let Block { insts } = std::mem::take(&mut self.body.blocks[id.0 as usize]);
         let mut out = Vec::with_capacity(insts.len());
         for inst in insts {
-            match &inst.op {
-                Op::If { then, otherwise, .. } => {
-                    [*then, *otherwise].into_iter().for_each(|id| self.block(id))
-                }
-                Op::Loop { body, .. } => self.block(*body),
-                _ => {}
-            }
+            inst.op.blocks().for_each(|id| self.block(id));
             out.push(inst.clone());
             self.beside(&inst, &mut out);
         }
@@ -241,7 +235,7 @@ impl<'a> Shadow<'a> {
 /// The slots that only ever hold one of these values.
 fn only_kept(body: &Body, plain: &[ValueId]) -> Vec<SlotId> {
     let mut stores: FxHashMap<SlotId, (u32, bool)> = FxHashMap::default();
-    for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+    for inst in body.insts() {
         if let Op::Store(slot, value) = &inst.op {
             let (count, is_plain) = stores.entry(*slot).or_insert((0, true));
             *count += 1;

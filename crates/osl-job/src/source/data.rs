@@ -121,7 +121,7 @@ type Requested = BTreeMap<Arc<str>, Vec<(Kind, u8)>>;
 fn requested(body: &Body) -> Option<Requested> {
     let constants: HashMap<ValueId, &Const> = body.constants().collect();
     let mut names = Requested::new();
-    for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+    for inst in body.insts() {
         let Op::Kernel(Kernel::Attribute { kind, count, .. }, image) = &inst.op else { continue };
         match image.iter().map(|arg| constants.get(arg)).collect::<Vec<_>>()[..] {
             [Some(Const::Str(object)), ..] if !object.is_empty() => {}

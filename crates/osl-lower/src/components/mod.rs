@@ -53,32 +53,17 @@ enum Item {
     Values(Kind, Vec<ValueId>),
 }
 
-/// Visits the instructions that a body can reach, in the order in which they run.
-fn each_inst<'b>(body: &'b Body, visit: &mut dyn FnMut(&'b Inst)) {
-    let mut open = vec![(body.entry, 0)];
-    while let Some((block, at)) = open.pop() {
-        let Some(inst) = body.blocks.get(block.index()).and_then(|b| b.insts.get(at)) else { continue };
-        open.push((block, at + 1));
-        match &inst.op {
-            Op::If { then, otherwise, .. } => open.extend([(*otherwise, 0), (*then, 0)]),
-            Op::Loop { body, .. } => open.push((*body, 0)),
-            _ => {}
-        }
-        visit(inst);
-    }
-}
-
 /// A call of a closure: its name, its arguments, and its location.
 type Component<'b> = (&'b Arc<str>, &'b [Shape], &'b [ValueId], Span);
 
 /// The reachable components of a body.
 fn components(body: &Body) -> Vec<Component<'_>> {
     let mut found = Vec::new();
-    each_inst(body, &mut |inst| {
+    for inst in body.insts_from(body.entry) {
         if let Op::Kernel(Kernel::Component { name, shapes }, args) = &inst.op {
             found.push((name, &shapes[..], &args[..], inst.span));
         }
-    });
+    }
     found
 }
 
@@ -88,7 +73,7 @@ fn texts(body: &Body) -> FxHashMap<ValueId, Arc<str>> {
         (Op::Const(Const::Str(text)), Some(result)) => Some((*result, text.clone())),
         _ => None,
     };
-    body.blocks.iter().flat_map(|block| &block.insts).filter_map(text).collect()
+    body.insts().filter_map(text).collect()
 }
 
 /// The arguments of a call, one by one.

@@ -4,7 +4,7 @@
 //! Functions, loops and conditions that folding does not decide have separate lists; blocks, and branches of
 //! conditions that folding decides, belong to the list around them.
 
-use osl_hir::hir::{Arg, Expr, ExprKind, Init, Lvalue, Program, Step, Stmt, StmtKind};
+use osl_hir::hir::{Expr, ExprKind, Init, Program, Stmt, StmtKind};
 use osl_ir::ir::{Body, Op};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashSet;
@@ -22,13 +22,8 @@ pub struct Stops {
 impl Stops {
     /// The stops of a body after the passes, for the calls that do not compile.
     pub fn new(body: &Body, calls: impl IntoIterator<Item = (Arc<str>, Span)>) -> Stops {
-        let mut open = FxHashSet::default();
-        super::each_inst(body, &mut |inst| {
-            if let Op::If { .. } = inst.op {
-                open.insert(inst.span);
-            }
-        });
-        Stops { calls: calls.into_iter().collect(), open }
+        let branches = body.insts_from(body.entry).filter(|inst| matches!(inst.op, Op::If { .. }));
+        Stops { calls: calls.into_iter().collect(), open: branches.map(|inst| inst.span).collect() }
     }
 }
 
@@ -93,44 +88,15 @@ impl Stopper<'_> {
             let call = (Arc::from(name), e.span.moved(self.base));
             self.stops.calls.contains(&call)
         };
-        let any = |list: &[Expr]| list.iter().any(|e| self.expr(e));
-        match &e.kind {
-            ExprKind::Int(_)
-            | ExprKind::Float(_)
-            | ExprKind::Str(_)
-            | ExprKind::NullClosure
-            | ExprKind::Error => false,
-            ExprKind::Read(place) | ExprKind::Step { place, .. } => self.place(place),
-            ExprKind::Convert(inner) | ExprKind::Unary(_, inner) => self.expr(inner),
-            ExprKind::Binary(_, a, b) => self.expr(a) || self.expr(b),
-            ExprKind::Ternary(cond, a, b) => self.expr(cond) || self.expr(a) || self.expr(b),
-            ExprKind::Assign(place, init) => self.place(place) || self.init(init),
-            ExprKind::Triple(parts) => any(&parts[..]),
-            ExprKind::Matrix(parts) | ExprKind::Comma(parts) => any(parts),
-            ExprKind::Struct(parts) => parts.iter().any(|part| self.init(part)),
-            ExprKind::Call(_, args) => args.iter().any(|arg| match arg {
-                Arg::Alias(_) => false,
-                Arg::Copy { value, back } => {
-                    self.init(value) || back.as_ref().is_some_and(|place| self.place(place))
-                }
-            }),
-            ExprKind::Builtin(call) => is(call.row.name) || any(&call.args),
-            ExprKind::Operation(call) => is(&call.name) || any(&call.args),
-        }
+        let own = match &e.kind {
+            ExprKind::Builtin(call) => is(call.row.name),
+            ExprKind::Operation(call) => is(&call.name),
+            _ => false,
+        };
+        own || e.parts().into_iter().any(|part| self.expr(part))
     }
 
     fn init(&self, init: &Init) -> bool {
-        match init {
-            Init::Value(e) => self.expr(e),
-            Init::List(list) => list.iter().any(|init| self.init(init)),
-        }
-    }
-
-    fn place(&self, place: &Lvalue) -> bool {
-        place.path.iter().any(|step| match step {
-            Step::Field(_) => false,
-            Step::Element(at) | Step::Component(at) => self.expr(at),
-            Step::Cell(row, column) => self.expr(row) || self.expr(column),
-        })
+        init.exprs().into_iter().any(|e| self.expr(e))
     }
 }

@@ -311,23 +311,11 @@ impl Walk<'_> {
     }
 
     fn indices(&mut self, place: &Lvalue) {
-        for step in &place.path {
-            match step {
-                Step::Field(_) => {}
-                Step::Element(e) | Step::Component(e) => self.expr(e),
-                Step::Cell(row, column) => {
-                    self.expr(row);
-                    self.expr(column);
-                }
-            }
-        }
+        place.indices().for_each(|e| self.expr(e));
     }
 
     fn init(&mut self, init: &Init) {
-        match init {
-            Init::Value(e) => self.expr(e),
-            Init::List(list) => list.iter().for_each(|init| self.init(init)),
-        }
+        init.exprs().into_iter().for_each(|e| self.expr(e));
     }
 
     fn call(&mut self, id: FunctionId, args: &[Arg]) {
@@ -358,22 +346,7 @@ impl Walk<'_> {
                 call.args.iter().for_each(|arg| self.expr(arg));
                 call.outputs.iter().flatten().for_each(|place| self.place(place));
             }
-            ExprKind::Operation(call) => call.args.iter().for_each(|arg| self.expr(arg)),
-            ExprKind::Convert(a) | ExprKind::Unary(_, a) => self.expr(a),
-            ExprKind::Binary(_, a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::Ternary(a, b, c) => [a, b, c].into_iter().for_each(|e| self.expr(e)),
-            ExprKind::Triple(parts) => parts.iter().for_each(|e| self.expr(e)),
-            ExprKind::Matrix(parts) | ExprKind::Comma(parts) => parts.iter().for_each(|e| self.expr(e)),
-            ExprKind::Struct(fields) => fields.iter().for_each(|init| self.init(init)),
-            ExprKind::Int(_)
-            | ExprKind::Float(_)
-            | ExprKind::Str(_)
-            | ExprKind::NullClosure
-            | ExprKind::Error => {}
-            ExprKind::Read(place) => self.indices(place),
+            _ => e.parts().into_iter().for_each(|e| self.expr(e)),
         }
     }
 }

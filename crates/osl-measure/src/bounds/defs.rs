@@ -1,6 +1,6 @@
 //! The definitions of a program's values: what a value is computed from.
 
-use osl_ir::ir::{BlockId, Body, Const, LaneOp, Op, ValueId};
+use osl_ir::ir::{Body, Const, LaneOp, Op, ValueId};
 
 /// The instruction that defines a value.
 #[derive(Clone, Debug)]
@@ -22,25 +22,23 @@ pub(super) struct Defs {
 impl Defs {
     pub(super) fn of(body: &Body) -> Defs {
         let mut defs = Defs { values: vec![None; body.values.len()], branches: Vec::new() };
-        for block in 0..body.blocks.len() {
-            for inst in &body.block(BlockId(block as u32)).insts {
-                match &inst.op {
-                    Op::Const(value) => defs.put(inst.results.first(), Def::Const(value.clone())),
-                    Op::Lane(op, args) => {
-                        let args = [args.first().copied(), args.get(1).copied()];
-                        defs.put(inst.results.first(), Def::Lane(*op, args));
-                    }
-                    Op::If { cond, then_yields, else_yields, .. } => {
-                        let mut branch = Vec::new();
-                        for (result, sides) in inst.results.iter().zip(then_yields.iter().zip(else_yields)) {
-                            let sides = [*sides.0, *sides.1];
-                            defs.put(Some(result), Def::If(*cond, sides, defs.branches.len()));
-                            branch.push((*result, sides));
-                        }
-                        defs.branches.push(branch);
-                    }
-                    _ => {}
+        for inst in body.insts() {
+            match &inst.op {
+                Op::Const(value) => defs.put(inst.results.first(), Def::Const(value.clone())),
+                Op::Lane(op, args) => {
+                    let args = [args.first().copied(), args.get(1).copied()];
+                    defs.put(inst.results.first(), Def::Lane(*op, args));
                 }
+                Op::If { cond, then_yields, else_yields, .. } => {
+                    let mut branch = Vec::new();
+                    for (result, sides) in inst.results.iter().zip(then_yields.iter().zip(else_yields)) {
+                        let sides = [*sides.0, *sides.1];
+                        defs.put(Some(result), Def::If(*cond, sides, defs.branches.len()));
+                        branch.push((*result, sides));
+                    }
+                    defs.branches.push(branch);
+                }
+                _ => {}
             }
         }
         defs

@@ -5,7 +5,7 @@ use super::defs::Defs;
 use super::numbers::Numbers;
 use crate::sanitize::Kind;
 use osl_ir::Span;
-use osl_ir::ir::{BlockId, Body, Inst, Kernel, LaneOp, Op, ValueId};
+use osl_ir::ir::{Body, Inst, Kernel, LaneOp, Op, ValueId};
 use osl_numeric::Domain;
 use osl_numeric::interval::{Enclosure, Interval, Whole};
 use rustc_hash::FxHashMap;
@@ -21,43 +21,20 @@ impl Watched {
     /// whether the source has an instruction itself, rather than the compiler.
     pub(super) fn of(body: &Body, defs: &Defs, is_own: impl Fn(&Inst) -> bool) -> Watched {
         let mut watched = FxHashMap::default();
-        for block in 0..body.blocks.len() {
-            for inst in &body.block(BlockId(block as u32)).insts {
-                let (Op::Lane(op, args), Some(result)) = (&inst.op, inst.results.first()) else { continue };
-                // What holds for the constants alone, whatever the other arguments are, need not be said.
-                let known = |arg: &ValueId| defs.constant(*arg).map(Enclosure::point);
-                let given: Vec<Enclosure> = args
-                    .iter()
-                    .map(|arg| known(arg).unwrap_or_else(|| Enclosure::any(body.kind(*arg))))
-                    .collect();
-                let open = judge(*op, &given).into_iter().flatten().filter(|(_, (is_safe, _))| !is_safe);
-                let open: Vec<What> = open.map(|(what, _)| what).collect();
-                if can_fail(*op) && !open.is_empty() && is_own(inst) {
-                    watched.insert(*result, open);
-                }
+        for inst in body.insts() {
+            let (Op::Lane(op, args), Some(result)) = (&inst.op, inst.results.first()) else { continue };
+            // What holds for the constants alone, whatever the other arguments are, need not be said.
+            let known = |arg: &ValueId| defs.constant(*arg).map(Enclosure::point);
+            let given = args.iter().map(|arg| known(arg).unwrap_or_else(|| Enclosure::any(body.kind(*arg))));
+            let given: Vec<Enclosure> = given.collect();
+            let open = judge(*op, &given).into_iter().flatten().filter(|(_, (is_safe, _))| !is_safe);
+            let open: Vec<What> = open.map(|(what, _)| what).collect();
+            if !open.is_empty() && is_own(inst) {
+                watched.insert(*result, open);
             }
         }
         Watched(watched)
     }
-}
-
-/// Whether an operation has arguments that it should not get.
-fn can_fail(op: LaneOp) -> bool {
-    let others = matches!(
-        op,
-        LaneOp::Clamp
-            | LaneOp::Smoothstep
-            | LaneOp::Linearstep
-            | LaneOp::ToInt
-            | LaneOp::IAdd
-            | LaneOp::ISub
-            | LaneOp::IMul
-            | LaneOp::INeg
-            | LaneOp::IAbs
-            | LaneOp::IDiv
-            | LaneOp::IMod
-    );
-    others || op.domain() != Domain::Everywhere
 }
 
 /// What is to be proved about an argument.
@@ -130,7 +107,7 @@ impl Sites {
     /// What is known without a walk: that nothing is proved at any place.
     pub(super) fn unknown(body: &Body, watched: &Arc<Watched>) -> Sites {
         let mut sites = Sites::new(watched.clone());
-        for inst in (0..body.blocks.len()).flat_map(|block| &body.block(BlockId(block as u32)).insts) {
+        for inst in body.insts() {
             let of_result = inst.results.first().and_then(|result| watched.0.get(result));
             let index = match &inst.op {
                 Op::Kernel(Kernel::CheckIndex { name }, _) => Some(What::Index(name.clone())),

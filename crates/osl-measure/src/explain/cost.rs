@@ -130,26 +130,21 @@ fn count(title: &str, body: &Body) -> Cost {
         lines: Vec::new(),
     };
     let (mut globals, mut layers) = (BTreeSet::new(), BTreeSet::new());
-    let mut blocks = vec![body.entry];
-    while let Some(block) = blocks.pop() {
-        for inst in &body.block(block).insts {
-            layers.extend(body.names(inst.span).map(|(layer, _)| layer));
-            match &inst.op {
-                Op::Global(global) => {
-                    globals.insert(*global);
-                }
-                Op::GlobalDeriv(..) => cost.derivatives += 1,
-                Op::Kernel(kernel, _) => {
-                    cost.derivatives += usize::from(kernel.has_derivs());
-                    cost.noises +=
-                        usize::from(matches!(kernel, Kernel::Noise { .. } | Kernel::NamedNoise { .. }));
-                    cost.textures +=
-                        usize::from(matches!(kernel, Kernel::Texture { .. } | Kernel::Environment { .. }));
-                }
-                Op::If { then, otherwise, .. } => blocks.extend([*then, *otherwise]),
-                Op::Loop { body, .. } => blocks.push(*body),
-                _ => {}
+    for inst in body.insts_from(body.entry) {
+        layers.extend(body.names(inst.span).map(|(layer, _)| layer));
+        match &inst.op {
+            Op::Global(global) => {
+                globals.insert(*global);
             }
+            Op::GlobalDeriv(..) => cost.derivatives += 1,
+            Op::Kernel(kernel, _) => {
+                cost.derivatives += usize::from(kernel.has_derivs());
+                cost.noises +=
+                    usize::from(matches!(kernel, Kernel::Noise { .. } | Kernel::NamedNoise { .. }));
+                cost.textures +=
+                    usize::from(matches!(kernel, Kernel::Texture { .. } | Kernel::Environment { .. }));
+            }
+            _ => {}
         }
     }
     (cost.globals, cost.layers) = (globals.len(), layers.len());

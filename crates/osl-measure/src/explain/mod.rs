@@ -72,7 +72,7 @@ impl Subject {
                 outputs.push(output.name.to_string());
             }
         }
-        let insts = || noted.blocks.iter().flat_map(|block| &block.insts);
+        let insts = || noted.insts();
         let read = |inst: &Inst| match (&inst.op, inst.results.first()) {
             (Op::Global(global), Some(result)) if needs.value(*result) => Some(*global),
             _ => None,

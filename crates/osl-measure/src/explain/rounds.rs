@@ -7,7 +7,7 @@
 use super::sites::Sites;
 use osl_ir::Span;
 use osl_ir::global::Global;
-use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Note, Op, Slot, SlotId, ValueId};
+use osl_ir::ir::{Body, Const, Inst, Kernel, Kind, LaneOp, Note, Op, Slot, SlotId, ValueId};
 use osl_ir::passes::{self, Pass};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -35,7 +35,7 @@ pub(super) fn of(noted: &Body, sites: &Sites, options: &passes::Options) -> FxHa
         return found;
     }
     // The derivative of a value may be needed without the value.
-    let derives = noted.blocks.iter().flat_map(|block| &block.insts).any(|inst| {
+    let derives = noted.insts().any(|inst| {
         use Kernel::{Environment, NamedNoise, Texture};
         let is_filtered =
             |kernel: &Kernel| matches!(kernel, Texture { .. } | Environment { .. } | NamedNoise { .. });
@@ -179,49 +179,20 @@ impl Code<'_> {
 
 /// Removes all notes; returns the marks.
 fn take_notes(body: &mut Body) -> Vec<(u32, Vec<ValueId>)> {
-    let mut marks = Vec::new();
-    let mut open = vec![body.entry];
-    let mut order: Vec<BlockId> = Vec::new();
-    while let Some(block) = open.pop() {
-        order.push(block);
-        for inst in &body.block(block).insts {
-            match &inst.op {
-                Op::If { then, otherwise, .. } => open.extend([*then, *otherwise]),
-                Op::Loop { body, .. } => open.push(*body),
-                _ => {}
-            }
-        }
-    }
-    for block in order {
-        let Some(block) = body.blocks.get_mut(block.index()) else { continue };
-        block.insts.retain(|inst| match note_of(inst) {
-            Some((site, _, args)) => {
-                if site & MARK != 0 {
-                    marks.push((site & !MARK, args));
-                }
-                false
-            }
-            None => true,
-        });
-    }
+    let notes = body.insts_from(body.entry).filter_map(note_of);
+    let marks = notes.filter(|(site, ..)| site & MARK != 0).map(|(site, _, args)| (site & !MARK, args));
+    let marks = marks.collect();
+    body.blocks.iter_mut().for_each(|block| block.insts.retain(|inst| note_of(inst).is_none()));
     marks
 }
 
 /// The values that a body defines.
 fn defined(body: &Body) -> FxHashSet<ValueId> {
     let mut found = FxHashSet::default();
-    let mut open = vec![body.entry];
-    while let Some(block) = open.pop() {
-        for inst in &body.block(block).insts {
-            found.extend(inst.results.iter().copied());
-            match &inst.op {
-                Op::If { then, otherwise, .. } => open.extend([*then, *otherwise]),
-                Op::Loop { body, params, .. } => {
-                    found.extend(params.iter().copied());
-                    open.push(*body);
-                }
-                _ => {}
-            }
+    for inst in body.insts_from(body.entry) {
+        found.extend(inst.results.iter().copied());
+        if let Op::Loop { params, .. } = &inst.op {
+            found.extend(params.iter().copied());
         }
     }
     found

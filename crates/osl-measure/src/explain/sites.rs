@@ -218,17 +218,11 @@ enum Source {
 fn values_at(body: &Body) -> FxHashMap<u32, Source> {
     let mut defined: FxHashMap<ValueId, &Inst> = FxHashMap::default();
     let mut found = FxHashMap::default();
-    let mut blocks = vec![body.entry];
     let mut notes = Vec::new();
-    while let Some(block) = blocks.pop() {
-        for inst in &body.block(block).insts {
-            defined.extend(inst.results.iter().map(|result| (*result, inst)));
-            match &inst.op {
-                Op::Kernel(Kernel::Note { site, note }, args) => notes.push((*site, note, args)),
-                Op::If { then, otherwise, .. } => blocks.extend([*then, *otherwise]),
-                Op::Loop { body, .. } => blocks.push(*body),
-                _ => {}
-            }
+    for inst in body.insts_from(body.entry) {
+        defined.extend(inst.results.iter().map(|result| (*result, inst)));
+        if let Op::Kernel(Kernel::Note { site, note }, args) = &inst.op {
+            notes.push((*site, note, args));
         }
     }
     for (site, note, args) in notes {

@@ -1,7 +1,7 @@
 //! What a shader's outputs depend on: the coordinate in which it repeats, the parameters whose values a mean
 //! is made for, and inputs for which no mean can stand.
 
-use crate::stability::fix::source::{Source, each, own_exprs};
+use crate::stability::fix::source::Source;
 use crate::stability::fix::term::{binds, word};
 use osl_hir::builtins::Emit;
 use osl_hir::hir::{Expr, ExprKind, FunctionId, Global, Init, Program, Stmt, StmtKind, VarId, VarKind};
@@ -130,7 +130,7 @@ impl Reads {
         while let Some(body) = todo.pop() {
             let mut calls: Vec<FunctionId> = Vec::new();
             each_stmt(body, &mut |stmt| {
-                own_exprs(stmt).into_iter().for_each(|e| found.expr(e, &mut calls));
+                stmt.exprs().into_iter().for_each(|e| found.expr(e, &mut calls));
             });
             for call in calls {
                 if entered.insert(call.0)
@@ -143,7 +143,7 @@ impl Reads {
             let inits = program.shader.params.iter().filter(|p| found.vars.contains(&p.var));
             let mut calls = Vec::new();
             let mut more = Reads::default();
-            inits.for_each(|param| each_init(&param.init, &mut |e| more.expr(e, &mut calls)));
+            inits.flat_map(|param| param.init.exprs()).for_each(|e| more.expr(e, &mut calls));
             found.outside = found.outside.or(more.outside);
             found.vars.extend(more.vars);
             for call in calls {
@@ -158,7 +158,7 @@ impl Reads {
     }
 
     fn expr(&mut self, e: &Expr, calls: &mut Vec<FunctionId>) {
-        each(e, &mut |e| match &e.kind {
+        e.each(&mut |e| match &e.kind {
             ExprKind::Read(place) => {
                 self.vars.insert(place.var);
             }
@@ -179,25 +179,18 @@ impl Reads {
     }
 }
 
-fn each_init(init: &Init, visit: &mut dyn FnMut(&Expr)) {
-    match init {
-        Init::Value(e) => visit(e),
-        Init::List(items) => items.iter().for_each(|item| each_init(item, visit)),
-    }
-}
-
 /// The globals that a default reads; `None` if it reads none.
 fn globals_of(program: &Program, init: &Init) -> Option<Vec<Global>> {
     let mut found = Vec::new();
-    each_init(init, &mut |e| {
-        each(e, &mut |e| {
+    for e in init.exprs() {
+        e.each(&mut |e| {
             if let ExprKind::Read(place) = &e.kind
                 && let Some(VarKind::Global(global)) = program.vars.get(place.var.0 as usize).map(|v| v.kind)
             {
                 found.push(global);
             }
         });
-    });
+    }
     (!found.is_empty()).then_some(found)
 }
 

@@ -158,7 +158,7 @@ impl<'a> Judge<'a> {
         };
         let compiled = stages::finish(body, &options);
         let cost = cost(&compiled.body);
-        let insts = compiled.body.blocks.iter().flat_map(|block| &block.insts);
+        let insts = compiled.body.insts();
         let is_lookup = |inst: &&Inst| {
             let Op::Kernel(kernel, _) = &inst.op else { return false };
             matches!(

@@ -116,7 +116,7 @@ impl Programs {
         let strict = stages::finish(plain.clone(), &options);
         let double = passes::Options { arithmetic: Arithmetic::Double, ..options };
         let exact = stages::finish(plain, &double).program;
-        let mut insts = strict.body.blocks.iter().flat_map(|b| &b.insts);
+        let mut insts = strict.body.insts();
         let differentiates = insts.any(|i| matches!(i.op, osl_ir::ir::Op::GlobalDeriv(..)));
         let cost = crate::cost::cost(&strict.body);
         (Programs { strict: strict.program, exact, cost }, differentiates)

@@ -32,7 +32,7 @@ impl Writer<'_> {
         let mut spot = Spot::whole(self.storage(place.var)?);
         for (at, step) in place.path.iter().enumerate() {
             let more = place.path.get(at + 1..).unwrap_or(&[]);
-            let hold = hold || more.iter().any(|s| !is_pure_step(s));
+            let hold = hold || more.iter().flat_map(Step::indices).any(|index| !is_pure(index));
             match step {
                 Step::Field(index) => {
                     spot.storage = spot.storage.field(*index as usize)?.clone();
@@ -306,29 +306,11 @@ fn fills(writer: &Writer<'_>, ty: Type, items: &[Init]) -> bool {
 
 /// Whether evaluating it changes no variable.
 pub(super) fn is_pure(e: &Expr) -> bool {
-    match &e.kind {
-        ExprKind::Int(_)
-        | ExprKind::Float(_)
-        | ExprKind::Str(_)
-        | ExprKind::NullClosure
-        | ExprKind::Error => true,
-        ExprKind::Read(place) => place.path.iter().all(is_pure_step),
-        ExprKind::Convert(inner) | ExprKind::Unary(_, inner) => is_pure(inner),
-        ExprKind::Binary(_, a, b) => is_pure(a) && is_pure(b),
-        ExprKind::Ternary(c, a, b) => is_pure(c) && is_pure(a) && is_pure(b),
-        ExprKind::Triple(parts) => parts.iter().all(is_pure),
-        ExprKind::Matrix(cells) => cells.iter().all(is_pure),
-        ExprKind::Comma(list) => list.iter().all(is_pure),
-        ExprKind::Operation(call) => e.ty == Type::CLOSURE && call.args.iter().all(is_pure),
-        ExprKind::Builtin(call) => call.outputs.iter().all(Option::is_none) && call.args.iter().all(is_pure),
+    let own = match &e.kind {
         ExprKind::Assign(..) | ExprKind::Step { .. } | ExprKind::Struct(_) | ExprKind::Call(..) => false,
-    }
-}
-
-fn is_pure_step(step: &Step) -> bool {
-    match step {
-        Step::Field(_) => true,
-        Step::Element(index) | Step::Component(index) => is_pure(index),
-        Step::Cell(row, column) => is_pure(row) && is_pure(column),
-    }
+        ExprKind::Operation(_) => e.ty == Type::CLOSURE,
+        ExprKind::Builtin(call) => call.outputs.iter().all(Option::is_none),
+        _ => true,
+    };
+    own && e.parts().into_iter().all(is_pure)
 }

@@ -28,7 +28,7 @@ impl Flat {
             _ => false,
         });
         let names: FxHashSet<ValueId> = names.map(|(v, _)| v).collect();
-        for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+        for inst in body.insts() {
             let is_flat = match &inst.op {
                 Op::Global(Global::P) => true,
                 Op::Kernel(Kernel::SpaceMatrix { .. }, spaces) => {

@@ -44,7 +44,7 @@ pub(super) fn run(body: &mut Body, flat: Flat) -> bool {
 
 /// Whether anything needs derivatives.
 pub(super) fn asks(body: &Body) -> bool {
-    body.blocks.iter().flat_map(|block| &block.insts).any(|inst| match &inst.op {
+    body.insts().any(|inst| match &inst.op {
         Op::Derivative(..) => true,
         Op::Kernel(kernel, _) => kernel.is_filtered() || kernel.unseen().is_some(),
         _ => false,

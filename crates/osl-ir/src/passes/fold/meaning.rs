@@ -31,7 +31,7 @@ pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut Strings) {
     let mut folded = body.clone();
     let Meaning { divided, unconverted } = fold(&mut folded, false, Numbers::Single, text);
     let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];
-    for inst in folded.blocks.iter().flat_map(|block| &block.insts) {
+    for inst in folded.insts() {
         if let Some(result) = inst.results.first()
             && let Some(found) = operations.get_mut(result.index())
         {
@@ -46,7 +46,7 @@ pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut Strings) {
         }
     }
     let mut colors = Renaming::default();
-    for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+    for inst in body.insts() {
         if let (Op::Kernel(Kernel::ColorBetween, args), Some(result)) = (&inst.op, inst.results.first())
             && unconverted.contains(result)
             && let Some(color) = args.get(2)

@@ -92,15 +92,7 @@ impl Arrange<'_> {
         if let Some(group) = own {
             self.rename(&mut inst, group);
         } else {
-            match &inst.op {
-                Op::If { then, otherwise, .. } => {
-                    let (then, otherwise) = (*then, *otherwise);
-                    self.block(then);
-                    self.block(otherwise);
-                }
-                Op::Loop { body, .. } => self.block(*body),
-                _ => {}
-            }
+            inst.op.blocks().for_each(|id| self.block(id));
         }
         block.out.push(inst);
     }
@@ -112,16 +104,8 @@ impl Arrange<'_> {
                 found.push(group);
             }
         }
-        let mut nested = |block: BlockId| {
+        for block in inst.op.blocks() {
             self.body.block(block).insts.iter().for_each(|inst| self.groups_in(inst, found));
-        };
-        match inst.op {
-            Op::If { then, otherwise, .. } => {
-                nested(then);
-                nested(otherwise);
-            }
-            Op::Loop { body, .. } => nested(body),
-            _ => {}
         }
     }
 

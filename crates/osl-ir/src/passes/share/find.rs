@@ -164,17 +164,10 @@ impl Find<'_> {
         if self.grouped(inst) {
             return;
         }
-        match &inst.op {
-            Op::If { then, otherwise, .. } => {
-                self.block(*then);
-                self.block(*otherwise);
-            }
-            Op::Loop { params, body, .. } => {
-                self.define(params, 0, u32::MAX);
-                self.block(*body);
-            }
-            _ => {}
+        if let Op::Loop { params, .. } = &inst.op {
+            self.define(params, 0, u32::MAX);
         }
+        inst.op.blocks().for_each(|id| self.block(id));
         let mut made_from = 0;
         let mut earliest = 0;
         self.for_each_input(&inst.op, &mut |known, groups| {
@@ -211,15 +204,8 @@ impl Find<'_> {
             visit(known, &self.groups);
         };
         op.for_each_use(&mut all);
-        let mut nested = |block: &BlockId| {
-            for inst in &self.body.block(*block).insts {
-                self.for_each_input(&inst.op, visit);
-            }
-        };
-        match op {
-            Op::If { then, otherwise, .. } => [then, otherwise].into_iter().for_each(&mut nested),
-            Op::Loop { body, .. } => nested(body),
-            _ => {}
+        for inst in op.blocks().flat_map(|block| &self.body.block(block).insts) {
+            self.for_each_input(&inst.op, visit);
         }
     }
 

@@ -2,7 +2,7 @@
 //! of variables, and where a declaration can be inserted.
 
 use super::place::Place;
-use super::term::{Reader, within};
+use super::term::Reader;
 use osl_hir::hir::{
     Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, Var, VarId, VarKind,
 };
@@ -49,35 +49,6 @@ pub(super) struct Definition<'p> {
     pub(super) value: &'p Expr,
     /// For an assignment the statements among which it is; `None` for a declaration.
     pub(super) scope: Option<Span>,
-}
-
-/// The expressions of a statement, without those of the statements in it.
-pub(crate) fn own_exprs(stmt: &Stmt) -> Vec<&Expr> {
-    fn init<'e>(value: &'e Init, out: &mut Vec<&'e Expr>) {
-        match value {
-            Init::Value(e) => out.push(e),
-            Init::List(items) => items.iter().for_each(|item| init(item, out)),
-        }
-    }
-    let mut out = Vec::new();
-    match &stmt.kind {
-        StmtKind::Expr(e) => out.push(e),
-        StmtKind::Declare(_, Some(value)) | StmtKind::Return(Some(value)) => init(value, &mut out),
-        StmtKind::If(cond, ..) => out.push(cond),
-        StmtKind::Loop { cond, iter, .. } => out.extend(cond.iter().chain(iter)),
-        StmtKind::Declare(_, None)
-        | StmtKind::Return(None)
-        | StmtKind::Block(_)
-        | StmtKind::Break
-        | StmtKind::Continue => {}
-    }
-    out
-}
-
-/// Visits an expression and everything in it.
-pub(crate) fn each<'e>(e: &'e Expr, visit: &mut dyn FnMut(&'e Expr)) {
-    visit(e);
-    within(e).into_iter().for_each(|part| each(part, visit));
 }
 
 impl<'p> Source<'p> {
@@ -144,23 +115,17 @@ impl<'p> Source<'p> {
         if let StmtKind::Loop { .. } = &stmt.kind {
             self.loops.push(stmt.span);
         }
-        for e in own_exprs(stmt) {
-            each(e, &mut |e| {
-                if let ExprKind::Call(..) = &e.kind {
-                    self.calls.insert((e.span.start, e.span.end), e);
-                }
-            });
-        }
         let mut written: Vec<(Place, Span)> = Vec::new();
         let mut write =
             |place: &Lvalue, span: Span| written.push((Place::around(place.var, &place.path).0, span));
-        for e in own_exprs(stmt) {
-            each(e, &mut |e| match &e.kind {
+        for e in stmt.exprs() {
+            e.each(&mut |e| match &e.kind {
                 ExprKind::Assign(place, _) | ExprKind::Step { place, .. } => write(place, e.span),
                 ExprKind::Builtin(call) => {
                     call.outputs.iter().flatten().for_each(|place| write(place, e.span));
                 }
                 ExprKind::Call(id, args) => {
+                    self.calls.insert((e.span.start, e.span.end), e);
                     for (index, arg) in args.iter().enumerate() {
                         match arg {
                             Arg::Alias(place) if self.is_output(*id, index) => write(place, e.span),
@@ -208,8 +173,7 @@ impl<'p> Source<'p> {
         for body in bodies(self.program) {
             each_stmt(body, &mut |stmt| {
                 let before = self.start(stmt);
-                let exprs = own_exprs(stmt);
-                exprs.into_iter().for_each(|e| self.site(e, before, (true, None), &mut out));
+                stmt.exprs().into_iter().for_each(|e| self.site(e, before, (true, None), &mut out));
             });
         }
         out
@@ -225,7 +189,7 @@ impl<'p> Source<'p> {
         if e.span.end as usize <= self.reader.text.len() && e.span.start < e.span.end {
             out.push(Site { expr: e, before, is_whole, target });
         }
-        for (index, part) in within(e).into_iter().enumerate() {
+        for (index, part) in e.parts().into_iter().enumerate() {
             // What depends on a condition is not computed before the statement.
             let conditional = match &e.kind {
                 ExprKind::Ternary(..) => index > 0,
@@ -328,7 +292,7 @@ impl<'p> Source<'p> {
         let around = self.loops.iter().filter(|l| holds(**l, at) && !holds(**l, e.span));
         let end = around.map(|l| l.end).fold(at.start, u32::max);
         let mut fits = true;
-        each(e, &mut |part| {
+        e.each(&mut |part| {
             let ExprKind::Read(place) = &part.kind else { return };
             let name = self.program.vars.get(place.var.0 as usize).map(|v| &v.name);
             let hidden = self.program.vars.iter().any(|other| {

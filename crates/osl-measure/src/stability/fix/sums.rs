@@ -132,7 +132,7 @@ fn addition(e: &Expr) -> Option<(&Lvalue, &Expr, bool)> {
 
 fn reads(e: &Expr, var: VarId) -> bool {
     matches!(&e.kind, ExprKind::Read(place) if place.var == var)
-        || super::term::within(e).into_iter().any(|part| reads(part, var))
+        || e.parts().into_iter().any(|part| reads(part, var))
 }
 
 /// The int that a loop counts up by one, with its first value, a literal.
@@ -205,7 +205,8 @@ fn multiple(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
     let lasting = |e: &Expr| {
         let term = source.reader.term(e)?;
         let mut fits = term.is_pure;
-        all_reads(e, &mut |var| {
+        e.each(&mut |part| {
+            let ExprKind::Read(Lvalue { var, .. }) = part.kind else { return };
             fits &= source.writes(var).all(|w| w.end <= body.start || w.start >= round.stmt.span.end);
             let declared = source.program.vars.get(var.0 as usize).map(|v| v.span);
             fits &=
@@ -235,13 +236,6 @@ fn multiple(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
     let why =
         "each addition of the step rounds, and the roundings add up; a multiple of the step rounds once";
     replaced(source, adding, ("multiple of the step", why), format!("{target} = {value}"), None)
-}
-
-fn all_reads(e: &Expr, visit: &mut dyn FnMut(VarId)) {
-    if let ExprKind::Read(place) = &e.kind {
-        visit(place.var);
-    }
-    super::term::within(e).into_iter().for_each(|part| all_reads(part, visit));
 }
 
 /// A sum that carries the rounding of each addition to the next one (W. Kahan, 1965).

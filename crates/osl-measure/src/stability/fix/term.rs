@@ -361,59 +361,9 @@ fn stripped(mut text: &str) -> &str {
     text
 }
 
-/// The expressions directly within an expression.
-pub(crate) fn within(e: &Expr) -> Vec<&Expr> {
-    use osl_hir::hir::{Arg, Init, Lvalue};
-    fn place<'e>(place: &'e Lvalue, out: &mut Vec<&'e Expr>) {
-        for step in &place.path {
-            match step {
-                Step::Field(_) => {}
-                Step::Element(at) | Step::Component(at) => out.push(at),
-                Step::Cell(row, column) => out.extend([&**row, &**column]),
-            }
-        }
-    }
-    fn init<'e>(value: &'e Init, out: &mut Vec<&'e Expr>) {
-        match value {
-            Init::Value(e) => out.push(e),
-            Init::List(items) => items.iter().for_each(|item| init(item, out)),
-        }
-    }
-    let mut out = Vec::new();
-    match &e.kind {
-        ExprKind::Int(_)
-        | ExprKind::Float(_)
-        | ExprKind::Str(_)
-        | ExprKind::NullClosure
-        | ExprKind::Error => {}
-        ExprKind::Read(lvalue) | ExprKind::Step { place: lvalue, .. } => place(lvalue, &mut out),
-        ExprKind::Convert(inner) | ExprKind::Unary(_, inner) => out.push(inner),
-        ExprKind::Binary(_, a, b) => out.extend([&**a, &**b]),
-        ExprKind::Ternary(cond, a, b) => out.extend([&**cond, &**a, &**b]),
-        ExprKind::Assign(lvalue, value) => {
-            place(lvalue, &mut out);
-            init(value, &mut out);
-        }
-        ExprKind::Triple(parts) => out.extend(parts.iter()),
-        ExprKind::Matrix(parts) | ExprKind::Comma(parts) => out.extend(parts),
-        ExprKind::Struct(parts) => parts.iter().for_each(|part| init(part, &mut out)),
-        ExprKind::Call(_, args) => {
-            for arg in args {
-                match arg {
-                    Arg::Alias(lvalue) => place(lvalue, &mut out),
-                    Arg::Copy { value, .. } => init(value, &mut out),
-                }
-            }
-        }
-        ExprKind::Builtin(call) => out.extend(&call.args),
-        ExprKind::Operation(call) => out.extend(&call.args),
-    }
-    out
-}
-
 /// Whether an expression writes nothing, prints nothing and calls no function of the source.
 pub(super) fn is_pure(e: &Expr) -> bool {
-    computes(e) && within(e).into_iter().all(is_pure)
+    computes(e) && e.parts().into_iter().all(is_pure)
 }
 
 /// The same of the expression itself, without its parts.

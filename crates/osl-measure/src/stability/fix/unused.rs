@@ -1,7 +1,7 @@
 //! Dead declarations: removes variables whose only readers a repair replaced.
 
 use super::source::Source;
-use super::term::{computes, is_pure, within};
+use super::term::{computes, is_pure};
 use osl_hir::hir::{Arg, Expr, ExprKind, Init, StmtKind};
 use osl_hir::lint::{bodies, each_stmt};
 use osl_syntax::diagnostic::Edit;
@@ -38,7 +38,7 @@ fn does_nothing(source: &Source<'_>, e: &Expr) -> bool {
             });
             args && source.inlined(e).is_some_and(|value| value.is_pure)
         }
-        _ => is_pure(e) || (computes(e) && within(e).into_iter().all(|part| does_nothing(source, part))),
+        _ => is_pure(e) || (computes(e) && e.parts().into_iter().all(|part| does_nothing(source, part))),
     }
 }
 
