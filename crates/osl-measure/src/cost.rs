@@ -5,8 +5,10 @@
 
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, Kind, Op};
 
-/// The cost of a call of noise, a texture and the like.
+/// The cost of a call of noise and the like, and what a lookup in a texture or a value of Gabor noise costs
+/// more.
 const CALL: f64 = 50.0;
+const LOOKUP: f64 = 1500.0;
 /// Assumed number of rounds of a loop.
 pub(crate) const ROUNDS: f64 = 16.0;
 
@@ -31,6 +33,13 @@ fn block(body: &Body, id: BlockId, times: f64, told: &mut dyn FnMut(&Inst, f64))
                 lanes * op.cost().additions() as f64
             }
             Op::Kernel(Kernel::Note { .. }, _) => 0.0,
+            Op::Kernel(
+                Kernel::NamedNoise { .. }
+                | Kernel::Texture { .. }
+                | Kernel::Environment { .. }
+                | Kernel::Volume { .. },
+                _,
+            ) => CALL + LOOKUP,
             Op::Kernel(..) => CALL,
             Op::If { .. } | Op::LoadElement(..) | Op::StoreElement(..) => 1.0,
             _ => 0.0,

@@ -7,9 +7,7 @@
 pub mod bounds;
 mod cost;
 pub mod explain;
-mod left_out;
 pub mod lod;
-pub mod markup;
 pub mod page;
 pub mod quote;
 pub mod range;
@@ -18,3 +16,4 @@ pub mod sanitize;
 pub mod stability;
 pub mod trace;
 pub mod tradeoff;
+mod words;

@@ -1,4 +1,4 @@
-//! Quotes a line of the source, with carets under a part of it.
+//! Places in the source: the line of a span, its text, and quotes of a line with carets under a part of it.
 
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;
@@ -51,5 +51,35 @@ impl Quote {
         let margin = " ".repeat(self.line.to_string().len());
         let _ = writeln!(out, "  {} | {text}", self.line);
         let _ = writeln!(out, "  {margin} | {}{carets}", " ".repeat(before));
+    }
+}
+
+/// A line: the start of its file and its number.
+pub(crate) type At = (u32, u32);
+
+/// The line of a span; none for code that no line holds.
+pub(crate) fn line_at(span: Span, sources: &SourceMap) -> Option<At> {
+    if span == Span::default() {
+        return None;
+    }
+    sources.line(span).map(|(file, line)| (file.base, line))
+}
+
+/// The name of the file of a line, and its text.
+pub(crate) fn text_of((base, number): At, sources: &SourceMap) -> Option<(String, String)> {
+    let file = sources.file_at(base)?;
+    let text = file.line(number)?;
+    Some((file.name.clone(), text.trim().chars().take(200).collect()))
+}
+
+/// The longest text of a condition.
+const MAX_CONDITION: usize = 80;
+
+/// The source text of a span, on one line.
+pub(crate) fn snippet(span: Span, sources: &SourceMap) -> String {
+    let text = sources.text(span).split_whitespace().collect::<Vec<_>>().join(" ");
+    match text.char_indices().nth(MAX_CONDITION) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
     }
 }

@@ -11,8 +11,6 @@
 
 mod assume;
 mod calls;
-mod cases;
-mod defs;
 mod domain;
 mod numbers;
 mod paths;
@@ -27,9 +25,9 @@ pub use domain::{Domain, Open, Range};
 pub use search::{Effort, prove};
 pub use sites::What;
 
-use crate::left_out;
 use crate::quote::Quote;
 use crate::sanitize::{Kind, Subject};
+use crate::words;
 use osl_ir::ir::Body;
 use osl_ir::passes::{self, Pass};
 use serde::{Serialize, Serializer};
@@ -38,7 +36,7 @@ use serde::{Serialize, Serializer};
 /// value narrows every use of it.
 pub fn subject(mut body: Body, options: &passes::Options) -> Subject {
     let mut options = options.clone();
-    let left_out = if options.outputs.is_none() { left_out::left_out(&body) } else { Vec::new() };
+    let left_out = if options.outputs.is_none() { words::left_out(&body) } else { Vec::new() };
     passes::closures_as_numbers(&mut body, options.outputs.as_mut());
     let options = &options;
     for pass in [Pass::Ssa, Pass::Slice, Pass::Cse, Pass::Dce] {

@@ -6,11 +6,11 @@
 //! the number of threads.
 
 use super::calls::Calls;
-use super::defs::Defs;
 use super::domain::{Domain, Tile};
 use super::numbers::Numbers;
 use super::paths::Paths;
 use super::sites::{ProofSite, Sites, Watched, What};
+use super::state::Defs;
 use super::state::{Program, Walk};
 use super::walk::apart;
 use super::{Claim, Output, Report, Verdict};
@@ -81,70 +81,91 @@ pub fn prove(
     let watched = Arc::new(Watched::of(body, &defs, is_own));
     let calls = Calls::new(body, services, points, &subject.limits);
     let program = Program { body, defs: &defs, points, calls: &calls };
-    let walk = |tile: Tile| {
-        let mut sites = Sites::new(watched.clone());
-        let outputs = Walk::run(program, &tile, &mut sites, &mut Paths::joined()).unwrap_or_default();
-        Walked { numbers: components(&outputs), seen: sites.seen, tile }
-    };
-    // Walking each case takes many walks, so only a tile with poor bounds is walked this way.
-    let walk_well = |tile: Tile, reached: &Reached| {
-        let mut walked = walk(tile);
-        if walked.score(reached) >= POOR
-            && let Some((outputs, sites)) = apart(program, &walked.tile, &watched)
-        {
-            walked.meet(&components(&outputs), &sites);
-        }
-        walked
-    };
-    // A walk that the time ends shows nothing, so no walk counts from then on.
-    let is_over = || subject.limits.halted().is_some();
-    let mut tiles = vec![walk(domain.whole())];
-    if is_over() {
-        tiles = vec![Walked::unknown(program, domain.whole(), &watched)];
+    let search = Search { program, watched, domain, effort };
+    let mut tiles = vec![search.walk(domain.whole())];
+    if search.is_over() {
+        tiles = vec![Walked::unknown(program, domain.whole(), &search.watched)];
     }
     let mut walked = 1;
     let mut reached = Reached::none(&tiles[0]);
     for point in std::iter::once(domain.whole().middle(domain)).chain(domain.corners()) {
-        let point = walk(point);
-        if is_over() {
+        let point = search.walk(point);
+        if search.is_over() {
             break;
         }
         reached.add(&point);
     }
-    let is_cut = loop {
-        let open = open_tiles(&tiles, &reached, domain, effort);
-        let chosen: Vec<usize> = open.into_iter().take(ROUND).collect();
-        if chosen.is_empty() {
-            break false;
+    let is_cut = search.refine(&mut tiles, &mut reached, &mut walked);
+    report(&tiles, reached, (domain, sources, subject), (walked, is_cut), shader)
+}
+
+/// The search of a program over a domain.
+struct Search<'a> {
+    program: Program<'a>,
+    watched: Arc<Watched>,
+    domain: &'a Domain,
+    effort: Effort,
+}
+
+impl Search<'_> {
+    /// Whether the time is over. A walk that it ends shows nothing, so no walk counts from then on.
+    fn is_over(&self) -> bool {
+        self.program.calls.limits.halted().is_some()
+    }
+
+    fn walk(&self, tile: Tile) -> Walked {
+        let mut sites = Sites::new(self.watched.clone());
+        let outputs = Walk::run(self.program, &tile, &mut sites, &mut Paths::joined()).unwrap_or_default();
+        Walked { numbers: components(&outputs), seen: sites.seen, tile }
+    }
+
+    /// Walking each case takes many walks, so only a tile with poor bounds is walked this way.
+    fn walk_well(&self, tile: Tile, reached: &Reached) -> Walked {
+        let mut walked = self.walk(tile);
+        if walked.score(reached) >= POOR
+            && let Some((outputs, sites)) = apart(self.program, &walked.tile, &self.watched)
+        {
+            walked.meet(&components(&outputs), &sites);
         }
-        if is_over() || walked + 2 * chosen.len() > effort.tiles {
-            break true;
-        }
-        let halves: Vec<(usize, [Tile; 2])> =
-            chosen.into_iter().filter_map(|at| Some((at, domain.halves(&tiles[at].tile)?))).collect();
-        let found: Vec<(usize, [Walked; 2], [Walked; 2])> = halves
-            .into_par_iter()
-            .map(|(at, halves)| {
-                let middles = halves.each_ref().map(|half| walk(half.middle(domain)));
-                (at, halves.map(|half| walk_well(half, &reached)), middles)
-            })
-            .collect();
-        if is_over() {
-            break true;
-        }
-        walked += 2 * found.len();
-        for (at, [first, second], middles) in found {
-            middles.iter().for_each(|middle| reached.add(middle));
-            let seen = std::mem::replace(&mut tiles[at], first);
-            tiles.push(second);
-            // A half is enclosed by the whole too.
-            let last = tiles.len() - 1;
-            for half in [at, last] {
-                tiles[half].inherit(&seen);
+        walked
+    }
+
+    /// Splits tiles, round by round; `walked` counts them. Returns whether the search ended early.
+    fn refine(&self, tiles: &mut Vec<Walked>, reached: &mut Reached, walked: &mut usize) -> bool {
+        loop {
+            let chosen = open_tiles(tiles, reached, self.domain, self.effort);
+            let chosen: Vec<usize> = chosen.into_iter().take(ROUND).collect();
+            if chosen.is_empty() {
+                return false;
+            }
+            if self.is_over() || *walked + 2 * chosen.len() > self.effort.tiles {
+                return true;
+            }
+            let halves = chosen.into_iter().filter_map(|at| Some((at, self.domain.halves(&tiles[at].tile)?)));
+            let halves: Vec<(usize, [Tile; 2])> = halves.collect();
+            let found: Vec<(usize, [Walked; 2], [Walked; 2])> = halves
+                .into_par_iter()
+                .map(|(at, halves)| {
+                    let middles = halves.each_ref().map(|half| self.walk(half.middle(self.domain)));
+                    (at, halves.map(|half| self.walk_well(half, reached)), middles)
+                })
+                .collect();
+            if self.is_over() {
+                return true;
+            }
+            *walked += 2 * found.len();
+            for (at, [first, second], middles) in found {
+                middles.iter().for_each(|middle| reached.add(middle));
+                let seen = std::mem::replace(&mut tiles[at], first);
+                tiles.push(second);
+                // A half is enclosed by the whole too.
+                let last = tiles.len() - 1;
+                for half in [at, last] {
+                    tiles[half].inherit(&seen);
+                }
             }
         }
-    };
-    report(&tiles, reached, (domain, sources, subject), (walked, is_cut), shader)
+    }
 }
 
 impl Walked {
@@ -195,9 +216,9 @@ impl Walked {
 }
 
 impl Reached {
-    /// Nothing, for outputs of the kinds that a tile has.
+    /// Nothing, for the outputs of a tile.
     fn none(tile: &Walked) -> Reached {
-        let numbers = tile.numbers.iter().map(|number| number.none()).collect();
+        let numbers = vec![Numbers::NONE; tile.numbers.len()];
         Reached { numbers, wrong: BTreeMap::new(), points: 0 }
     }
 
@@ -258,7 +279,7 @@ fn report(
     (walked, is_cut): (usize, bool),
     shader: &str,
 ) -> Report {
-    let mut bounds: Vec<Numbers> = reached.numbers.iter().map(|number| number.none()).collect();
+    let mut bounds = vec![Numbers::NONE; reached.numbers.len()];
     for tile in tiles {
         for (bound, number) in bounds.iter_mut().zip(&tile.numbers) {
             *bound = bound.hull(*number);

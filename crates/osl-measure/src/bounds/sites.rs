@@ -1,8 +1,8 @@
 //! The operations for which something can be proved: that an argument is in the function's domain, that a
 //! divisor is never 0, that an index exists, that an int fits. They are the events that `sanitize` counts.
 
-use super::defs::Defs;
 use super::numbers::Numbers;
+use super::state::Defs;
 use crate::sanitize::Kind;
 use osl_ir::Span;
 use osl_ir::ir::{Body, Inst, Kernel, LaneOp, Op, ValueId};
@@ -159,7 +159,7 @@ impl Sites {
         let is_safe = index.is_within(0, length.lo.saturating_sub(1));
         let is_known = index.value().is_some() && length.value().is_some();
         let what = What::Index(name.clone());
-        self.record(inst.span, what, (is_safe, Numbers::Int(*index)), is_known);
+        self.record(inst.span, what, (is_safe, Numbers::int(*index)), is_known);
     }
 }
 
@@ -191,7 +191,7 @@ fn judge(op: LaneOp, given: &[Enclosure]) -> [Option<Judged>; 2] {
 /// That the divisor of an operation on ints is not 0.
 fn judge_divisor(given: &[Enclosure]) -> Option<Judged> {
     let [_, Enclosure::Int(b)] = given else { return None };
-    Some((What::Divisor, (!b.contains(0), Numbers::Int(*b))))
+    Some((What::Divisor, (!b.contains(0), Numbers::int(*b))))
 }
 
 /// That the result of an operation on ints fits.
@@ -210,11 +210,11 @@ fn judge_floats(op: LaneOp, given: &[Enclosure]) -> Option<Judged> {
     let all =
         |i: usize, test: fn(Interval) -> bool| parts(given.get(i)).iter().all(|part| test(part.numbers()));
     let at = |i: usize| hull(parts(given.get(i)));
-    let floats = |i: usize| Numbers::Float(at(i));
+    let floats = |i: usize| Numbers::float(at(i));
     Some(match op {
         LaneOp::ToInt => {
             let x = at(0);
-            (What::Conversion, (!x.may_be_nan() && is_int(x), Numbers::Float(x)))
+            (What::Conversion, (!x.may_be_nan() && is_int(x), Numbers::float(x)))
         }
         LaneOp::Smoothstep | LaneOp::Linearstep => (What::Edges, (ordered(given, 0, 1, true), Numbers::NONE)),
         LaneOp::Clamp => (What::Edges, (ordered(given, 1, 2, false), Numbers::NONE)),

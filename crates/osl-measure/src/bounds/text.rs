@@ -2,7 +2,7 @@
 
 use super::search::is_minor;
 use super::{Claim, Output, Report, Verdict, What};
-use crate::left_out::said;
+use crate::words::{said, trimmed};
 use std::fmt::Write;
 
 /// The report.
@@ -104,8 +104,7 @@ fn outward(x: f64, down: bool) -> String {
         return short(&format!("{rounded:.5e}"));
     }
     let places = digits.clamp(0, 12) as usize;
-    let text = format!("{rounded:.places$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+    trimmed(&format!("{rounded:.places$}")).to_string()
 }
 
 /// Two floats with few digits, rounded towards each other; with all digits if there is no such number between
@@ -127,7 +126,7 @@ fn decimal_exponent(x: f64) -> i32 {
 /// A number with an exponent, without zeros at the end of its digits.
 fn short(text: &str) -> String {
     let Some((digits, exponent)) = text.split_once('e') else { return text.to_string() };
-    format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'))
+    format!("{}e{exponent}", trimmed(digits))
 }
 
 /// A statement, with the line of the source.

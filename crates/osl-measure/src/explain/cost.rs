@@ -1,6 +1,6 @@
 //! The cost of each output: what remains of the program if only that output is requested.
 
-use super::source::{At, line_at, text_of};
+use crate::quote::{At, line_at, text_of};
 use osl_ir::ir::{Body, Kernel, Op};
 use osl_ir::passes::{self, Pass};
 use osl_syntax::source::SourceMap;
@@ -76,7 +76,7 @@ pub fn ranking(lines: &[LineCost]) -> String {
     let mut out = String::new();
     for (at, line) in lines.iter().enumerate() {
         let LineCost { file, number, text, share, .. } = line;
-        let share = super::percent(*share);
+        let share = crate::words::percent(*share);
         out += &match at {
             0 => format!("Most of the estimated cost is that of {file}:{number}, {share}:  {text}\n"),
             _ => format!("Then {file}:{number}, {share}:  {text}\n"),

@@ -4,10 +4,10 @@
 //! change the last bits of values, so the values stay those of the first trace.
 
 use super::lines::{element, set_args};
-use super::source::line_at;
 use super::through::{Found, Known, SetAt, ValueOrigin};
 use super::{Explanation, Subject, What};
-use crate::trace::{Exact, Node, NodeId, OnePoint, Trace, What as Kind};
+use crate::quote::line_at;
+use crate::trace::{Node, NodeId, OnePoint, Trace, What as Kind};
 use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Kernel, Note};
 use osl_syntax::source::SourceMap;
@@ -55,7 +55,7 @@ pub fn derivatives(
             found_derivs.insert(
                 (site, *n),
                 [*dx, *dy].map(|id| {
-                    numbers(with_derivs.node(id)).into_iter().map(|x| x + 0.0).collect::<Vec<f64>>()
+                    with_derivs.node(id).numbers().into_iter().map(|x| x + 0.0).collect::<Vec<f64>>()
                 }),
             );
         }
@@ -121,10 +121,6 @@ fn sets(trace: &Trace) -> impl Iterator<Item = (u32, &Node)> {
         },
         _ => None,
     })
-}
-
-fn numbers(node: &Node) -> Vec<f64> {
-    node.strict.as_ref().map_or_else(Vec::new, |value| Exact::widen(value).numbers())
 }
 
 /// The matrix that turns changes by pixels into changes by u and v.

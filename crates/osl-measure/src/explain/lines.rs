@@ -3,8 +3,8 @@
 use super::reasons::Reasons;
 use super::rounds::InRound;
 use super::sites::{FoldedResult, Site};
-use super::source::{At, line_at, snippet, text_of};
 use super::{Applied, Called, Compiled, Explanation, Fact, Line, Shown, State, Subject, Triple, What};
+use crate::quote::{At, line_at, snippet, text_of};
 use crate::trace::{Node, NodeId, Trace, What as Kind};
 use osl_ir::Span;
 use osl_ir::global::GLOBALS;
@@ -235,32 +235,34 @@ impl Reader<'_> {
                     *last += 1;
                 }
             }
-            (Note::Call { form, why, args: count }, _) => {
-                let (given, result) = args.split_at(usize::from(*count).min(args.len()));
+            (Note::Call { .. } | Note::Enter { .. }, _) => self.call(note, node, (at, call), needed, entered),
+            _ => {}
+        }
+    }
+
+    /// A call of a built-in function, or of one of the source, which then has the number `entered`.
+    fn call(&mut self, note: &Note, node: &Node, (at, call): (At, usize), needed: bool, entered: usize) {
+        match note {
+            Note::Call { form, why, args: count } => {
+                let (given, result) = node.args.split_at(usize::from(*count).min(node.args.len()));
                 let made = (self.given(form, given), result.first().map(|id| self.shown(*id)));
                 let applied = result.first().and_then(|id| self.applied(*id));
-                let new = || What::Call {
-                    form: form.to_string(),
-                    why: why.to_string(),
-                    how: Vec::new(),
-                    calls: Vec::new(),
-                };
+                let (form, why) = (form.to_string(), why.to_string());
+                let thing = Thing::Call(form.clone());
+                let new = || What::Call { form, why, how: Vec::new(), calls: Vec::new() };
                 let facts = self.facts.entry(at).or_default();
-                if let What::Call { calls, how, .. } =
-                    facts.fact(call, Thing::Call(form.to_string()), needed, new)
-                {
+                if let What::Call { calls, how, .. } = facts.fact(call, thing, needed, new) {
                     keep(calls, made);
                     if let Some(applied) = applied.filter(|applied| !how.contains(applied)) {
                         keep(how, applied);
                     }
                 }
             }
-            (Note::Enter { form, why, .. }, _) => {
+            Note::Enter { form, why, .. } => {
+                let thing = Thing::Enter(form.to_string());
                 let new = || What::Enter { form: form.to_string(), why: why.to_string(), calls: Vec::new() };
                 let facts = self.facts.entry(at).or_default();
-                if let What::Enter { calls, .. } =
-                    facts.fact(call, Thing::Enter(form.to_string()), needed, new)
-                {
+                if let What::Enter { calls, .. } = facts.fact(call, thing, needed, new) {
                     keep(calls, entered);
                 }
             }

@@ -4,7 +4,6 @@
 //! It reads a [`Trace`](crate::trace::Trace) and the notes in it. [`text`] formats an explanation for people,
 //! and it serialises for tools.
 
-mod closure;
 mod cost;
 mod derivatives;
 mod lines;
@@ -12,9 +11,7 @@ mod narrow;
 mod needs;
 mod reasons;
 mod rounds;
-mod show;
 mod sites;
-mod source;
 pub mod text;
 mod through;
 mod value;
@@ -23,11 +20,11 @@ pub use cost::{Cost, LineCost, cost, lines as line_costs, ranking, table};
 pub use derivatives::{Derivatives, derivatives};
 pub use lines::explain;
 pub use narrow::Selection;
-pub(crate) use show::{percent, plain, short};
 pub use through::ValueOrigin;
-pub(crate) use value::json_of;
 pub use value::{Shown, digits};
+pub(crate) use value::{json_of, written};
 
+use crate::quote::{line_at, text_of};
 use crate::trace;
 use needs::Needs;
 use osl_ir::Span;
@@ -125,8 +122,8 @@ impl Explanation {
     /// Adds what a run of the point reports, each text once at its line.
     pub fn report(&mut self, reports: Vec<(Option<Span>, Reported)>, sources: &SourceMap) {
         for (span, reported) in reports {
-            let at = span.and_then(|span| source::line_at(span, sources));
-            let text = at.and_then(|at| Some((at.1, source::text_of(at, sources)?)));
+            let at = span.and_then(|span| line_at(span, sources));
+            let text = at.and_then(|at| Some((at.1, text_of(at, sources)?)));
             let list = match text {
                 Some((number, (file, text))) => &mut self.line(file, number, text).reports,
                 None => &mut self.reports,

@@ -158,34 +158,21 @@ impl Walk<'_> {
                 }
                 false
             }
-            Op::Store(slot, value) => {
+            Op::Store(slot, _) | Op::StoreElement(slot, ..) => {
                 if !live.has(*slot) {
                     return false;
                 }
-                live.remove(*slot);
-                self.need(*value);
+                if let Op::Store(..) = inst.op {
+                    live.remove(*slot);
+                }
+                inst.op.for_each_use(|value| self.need(value));
                 self.used.extend(note);
                 true
             }
-            Op::StoreElement(slot, index, value) => {
-                if !live.has(*slot) {
-                    return false;
-                }
-                self.need(*index);
-                self.need(*value);
-                self.used.extend(note);
-                true
-            }
-            Op::Load(slot) => {
+            Op::Load(slot) | Op::LoadElement(slot, _) => {
                 if self.needed(inst) {
                     live.add(*slot);
-                }
-                false
-            }
-            Op::LoadElement(slot, index) => {
-                if self.needed(inst) {
-                    live.add(*slot);
-                    self.need(*index);
+                    inst.op.for_each_use(|value| self.need(value));
                 }
                 false
             }

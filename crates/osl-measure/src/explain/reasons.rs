@@ -1,8 +1,9 @@
 //! Why a line does not run, or is not needed, in words.
 
 use super::sites::{FoldedResult, Gate, Site};
-use super::source::{line_at, snippet};
 use super::{Compiled, Fact, Subject, What};
+use crate::quote::{line_at, snippet};
+use crate::words::listed;
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
@@ -59,14 +60,11 @@ impl Reasons<'_> {
                 None => {}
             }
         }
-        let list = |names: &[String], values: &str| match names {
-            [] => None,
-            [names @ .., last] if names.len() < MAX_NAMED => {
-                let names =
-                    if names.is_empty() { String::new() } else { format!("{} or ", names.join(", ")) };
-                Some(self.not_needed(&format!("{values}{names}{last}")))
-            }
-            _ => Some(self.not_needed("these values")),
+        let list = |names: &[String], values: &str| {
+            let named =
+                if names.len() <= MAX_NAMED { listed(names, "or") } else { "these values".to_string() };
+            let values = if names.len() <= MAX_NAMED { values } else { "" };
+            (!names.is_empty()).then(|| self.not_needed(&format!("{values}{named}")))
         };
         let replaced = (!replaced.is_empty()).then(|| Reasons::again(&replaced));
         let all = [replaced, list(&whole, ""), list(&part, "these values of ")];
@@ -77,10 +75,10 @@ impl Reasons<'_> {
     /// Why values are not needed that are replaced.
     pub(super) fn again(names: &[String]) -> String {
         let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-        match &names[..] {
-            [one] => format!("{one} is assigned again before anything reads it"),
-            [rest @ .., last] if names.len() <= MAX_NAMED => {
-                format!("{} and {last} are assigned again before anything reads them", rest.join(", "))
+        match names.len() {
+            1 => format!("{} is assigned again before anything reads it", names[0]),
+            2..=MAX_NAMED => {
+                format!("{} are assigned again before anything reads them", listed(&names, "and"))
             }
             _ => "its variables are assigned again before anything reads them".to_string(),
         }

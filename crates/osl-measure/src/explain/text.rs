@@ -1,6 +1,6 @@
 //! An explanation as text.
 
-use super::show::number;
+use super::value::number;
 use super::{
     Called, Compiled, Derivatives, Explanation, Fact, Line, Reported, Shown, State, Test, Triple,
     ValueOrigin, What,

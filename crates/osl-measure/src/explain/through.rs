@@ -3,7 +3,7 @@
 //! The walk follows the arguments of operations as long as a change of the argument changes the result at
 //! this point, and the language carries the derivative on.
 
-use super::source::snippet;
+use crate::quote::snippet;
 use crate::trace::{Exact, NodeId, OnePoint, Trace, What as Kind, eval, noise};
 use osl_ir::ir::{Axis, Derivative, Kernel, LaneOp, NoiseField, TextFn};
 use osl_numeric::Continuity;

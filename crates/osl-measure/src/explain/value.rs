@@ -1,9 +1,9 @@
-//! The values of a point, as text and for tools.
+//! The values of a point, as text and for tools. A closure has no value that could be printed; its text follows
+//! the nodes that made it: `0.5 * diffuse(N = …)`.
 
-use super::closure;
-use super::show::{show, show_exact};
-use crate::trace::{Exact, Node, NodeId, Trace};
-use osl_ir::ir::Const;
+use crate::trace::{Exact, Node, NodeId, Trace, What};
+use crate::words::short;
+use osl_ir::ir::{Const, Kernel, LaneOp};
 use pxfm::f_log10;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
@@ -28,7 +28,7 @@ impl Shown {
     pub fn of(id: NodeId, trace: &Trace) -> Shown {
         let node = trace.node(id);
         let is_closure = matches!(node.exact, Some(Exact::Closure(_)));
-        let closure = is_closure.then(|| closure::text(id, trace));
+        let closure = is_closure.then(|| closure_text(id, trace));
         Shown {
             strict: node.strict.clone(),
             exact: node.exact.clone(),
@@ -63,7 +63,7 @@ impl Shown {
     pub fn exactly(&self) -> String {
         match (&self.closure, &self.exact) {
             (Some(text), _) => text.clone(),
-            (None, Some(value)) => show_exact(value),
+            (None, Some(value)) => written(value, |x| short(x, 10)),
             (None, None) => "(not computed)".to_string(),
         }
     }
@@ -162,6 +162,134 @@ pub fn digits(strict: f64, exact: f64) -> Option<f64> {
     Some((-f_log10(error / size)).max(0.0))
 }
 
+/// Characters of a string that are shown.
+const MAX_TEXT: usize = 200;
+
+/// A string in quotes, cut if it is too long to read.
+fn quoted(text: &str) -> String {
+    match text.char_indices().nth(MAX_TEXT) {
+        Some((end, _)) => format!("{:?}…", &text[..end]),
+        None => format!("{text:?}"),
+    }
+}
+
+/// A value as text, in which `number` writes the numbers.
+pub(crate) fn written(value: &Exact, number: impl Fn(f64) -> String) -> String {
+    let list = |list: &[f64]| list.iter().map(|x| number(*x)).collect::<Vec<_>>().join(" ");
+    match value {
+        Exact::Int(n) => n.to_string(),
+        Exact::Str(s) => quoted(s),
+        Exact::Closure(some) => if *some { "closure" } else { "null" }.to_string(),
+        Exact::Float(x) => number(*x),
+        Exact::Triple(t) => format!("({})", list(t)),
+        Exact::Matrix(m) => format!("[{}]", list(&m[..])),
+    }
+}
+
+pub(super) fn show(value: &Const) -> String {
+    written(&Exact::widen(value), number)
+}
+
+/// A number in single precision: six digits, or all before the point as long as a float has them.
+pub(super) fn number(x: f64) -> String {
+    if (1e6..1e8).contains(&x.abs()) { format!("{x:.0}") } else { short(x, 6) }
+}
+
+/// The longest text; the rest of a sum of very many terms is cut.
+const MAX_TERMS: usize = 2_000;
+/// The largest number of nested terms.
+const MAX_DEPTH: usize = 100;
+
+/// The closure of a node, as a run has it.
+fn closure_text(id: NodeId, trace: &Trace) -> String {
+    let mut out = String::new();
+    write_closure(id, trace, MAX_DEPTH, &mut out);
+    if out.is_empty() { "null".to_string() } else { out }
+}
+
+fn write_closure(id: NodeId, trace: &Trace, depth: usize, out: &mut String) {
+    if out.len() > MAX_TERMS || depth == 0 {
+        if !out.ends_with('…') {
+            out.push('…');
+        }
+        return;
+    }
+    let node = trace.node(id);
+    if node.strict == Some(Const::Null) {
+        return;
+    }
+    let inner = |id: NodeId, out: &mut String| write_closure(id, trace, depth - 1, out);
+    match (&node.what, &node.args[..]) {
+        (What::Kernel(kernel, _), args) => match (&**kernel, args) {
+            (Kernel::ClosureSum, [a, b]) => {
+                inner(*a, out);
+                let middle = out.len();
+                inner(*b, out);
+                if middle > 0 && out.len() > middle {
+                    out.insert_str(middle, " + ");
+                }
+            }
+            (Kernel::ClosureScale, [closure, by]) => {
+                let mut term = String::new();
+                inner(*closure, &mut term);
+                if term.is_empty() {
+                    return;
+                }
+                let by = trace.node(*by).strict.as_ref().map_or_else(String::new, show);
+                let term = if term.contains(" + ") { format!("({term})") } else { term };
+                out.push_str(&format!("{by} * {term}"));
+            }
+            (Kernel::Component { name, shapes }, args) => {
+                let mut parts = Vec::new();
+                let mut rest = args.iter();
+                // Parameters of the language's closures have names; those that a renderer adds have none.
+                let fixed = shapes.iter().filter(|shape| shape.key.is_none()).count();
+                let mut names = osl::reference::parameter_names(name, fixed).into_iter();
+                for shape in shapes {
+                    let values: Vec<String> = rest
+                        .by_ref()
+                        .take(shape.count as usize)
+                        .map(|id| argument(*id, trace, depth))
+                        .collect();
+                    let value = match &values[..] {
+                        [one] => one.clone(),
+                        several => format!("{{{}}}", several.join(", ")),
+                    };
+                    match &shape.key {
+                        // Built-in closures have a label, also where the source gives none.
+                        Some(key) if &**key == "label" && value == "\"\"" => {}
+                        Some(key) => parts.push(format!("{key} = {value}")),
+                        None => match names.next().filter(|name| !name.is_empty()) {
+                            Some(key) => parts.push(format!("{key} = {value}")),
+                            None => parts.push(value),
+                        },
+                    }
+                }
+                out.push_str(&format!("{name}({})", parts.join(", ")));
+            }
+            _ => {}
+        },
+        (What::Lane(LaneOp::KChoose), [cond, yes, no]) => {
+            let truth = matches!(trace.node(*cond).strict, Some(Const::Int(n)) if n != 0);
+            inner(if truth { *yes } else { *no }, out);
+        }
+        // The value is the last argument, or the one before it where the arithmetics differ.
+        (What::Element, [.., value]) => inner(*value, out),
+        (What::Meet, [.., strict, _]) => inner(*strict, out),
+        _ => {}
+    }
+}
+
+fn argument(id: NodeId, trace: &Trace, depth: usize) -> String {
+    let node: &Node = trace.node(id);
+    if matches!(node.exact, Some(crate::trace::Exact::Closure(_))) {
+        let mut out = String::new();
+        write_closure(id, trace, depth - 1, &mut out);
+        return if out.is_empty() { "null".to_string() } else { out };
+    }
+    node.strict.as_ref().map_or_else(String::new, show)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -173,5 +301,31 @@ mod tests {
         assert!((digits(1.0, 1.001).unwrap() - 3.0).abs() < 0.01);
         assert_eq!(digits(f64::NAN, 1.0), Some(0.0));
         assert_eq!(digits(0.0, 1e-20), Some(0.0));
+    }
+}
+
+#[cfg(test)]
+mod show_tests {
+    use super::*;
+    use crate::words::plain;
+
+    #[test]
+    fn numbers_are_short() {
+        let cases = [
+            (0.5, "0.5"),
+            (1.0 / 3.0, "0.333333"),
+            (-2.0, "-2"),
+            (1e-7, "1e-7"),
+            (123_456_789.0, "1.23457e8"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(short(x, 6), text);
+        }
+        assert_eq!(short(f64::NAN, 6), "NaN");
+        assert_eq!(
+            [1e6, -1_000_000.625, 16_777_216.0, 1e8].map(number),
+            ["1000000", "-1000001", "16777216", "1e8"]
+        );
+        assert_eq!([173.2, 8.24, -2817.0, 1.0e7].map(|x| plain(x, 2)), ["170", "8.2", "-2800", "1e7"]);
     }
 }

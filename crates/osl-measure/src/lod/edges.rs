@@ -4,7 +4,7 @@
 //! The edge is widened by a multiple of the width of a pixel, which stands for the slope of what is compared.
 //! At footprint 1 nothing is added.
 
-use super::frame::Frame;
+use super::write::Frame;
 use crate::stability::fix::source::Source;
 use crate::stability::fix::term::binds;
 use osl_hir::builtins::Emit;

@@ -3,87 +3,57 @@
 
 use super::report::{MANY, Picture, Report};
 use super::text::{Parts, parts};
-use crate::markup::escape;
-use crate::page::{END, REPORT, prose, start};
-use crate::tradeoff::Encode;
-use std::fmt::Write;
+use crate::page::{Encode, Page};
 
 /// The page.
 pub fn html(report: &Report, encode: Encode<'_>) -> String {
-    let title = format!("{}: levels of detail", report.name);
-    let mut page = start(&title, &[REPORT, RULES]);
-    let _ = write!(page, "<h1>{}</h1>", escape(&title));
+    let rules = "figure{width:192px}figure img{width:100%}\n";
+    let mut page = Page::new(&format!("{}: levels of detail", report.name), rules);
     let Parts { before, rows, after } = parts(report);
-    sentences(&before, &mut page);
-    table(&rows, &mut page);
-    sentences(&after, &mut page);
+    page.paragraphs(&before);
+    if let Some((titles, rows)) = rows.split_first() {
+        page.table(titles, rows.iter().map(|row| (false, row.to_vec())));
+    }
+    page.paragraphs(&after);
     if !report.rows.is_empty() {
         shown_outputs(report, &mut page);
     }
     for row in &report.rows {
-        let _ = write!(page, "<h2>Footprint {}</h2>", row.footprint);
+        page.heading(2, &format!("Footprint {}", row.footprint));
         let mut own = report.pictures.iter().filter(|picture| picture.footprint == row.footprint).peekable();
         if own.peek().is_none() && report.cut_short {
-            page.push_str("<p>No pictures: the time was over (--budget).</p>");
+            page.paragraph("No pictures: the time was over (--budget).");
         }
         own.for_each(|picture| side_by_side(picture, encode, &mut page));
     }
     if let Some(source) = &report.text {
-        page.push_str("<h2>The written shader</h2><pre>");
-        for line in source.lines() {
-            let _ = writeln!(page, "{}", escape(line));
-        }
-        page.push_str("</pre>");
+        page.heading(2, "The written shader");
+        page.lines(source);
     }
-    page.push_str(END);
-    page
-}
-
-const RULES: &str = "figure{width:192px}figure img{width:100%}\n";
-
-/// A paragraph for each line.
-fn sentences(text: &str, page: &mut String) {
-    for line in text.lines().filter(|line| !line.trim().is_empty()) {
-        let _ = write!(page, "<p>{}</p>", prose(line.trim()));
-    }
-}
-
-/// A table, with its titles first.
-fn table(rows: &[[String; 7]], page: &mut String) {
-    page.push_str("<div class=wide><table>");
-    for (at, row) in rows.iter().enumerate() {
-        let name = if at == 0 { "th" } else { "td" };
-        let cells: String = row.iter().map(|cell| format!("<{name}>{}</{name}>", escape(cell))).collect();
-        let _ = write!(page, "<tr>{cells}</tr>");
-    }
-    page.push_str("</table></div>");
+    page.ended()
 }
 
 /// Names the outputs that have pictures, if others have none.
-fn shown_outputs(report: &Report, page: &mut String) {
+fn shown_outputs(report: &Report, page: &mut Page) {
     let has_picture = |name: &&String| report.pictures.iter().any(|picture| picture.output == **name);
     let shown: Vec<&str> = report.outputs.iter().filter(has_picture).map(String::as_str).collect();
     if !shown.is_empty() && shown.len() < report.outputs.len() {
         let (some, all) = (shown.len(), report.outputs.len());
-        let _ =
-            write!(page, "<p>Pictures show {some} of the {all} outputs: {}.</p>", escape(&shown.join(", ")));
+        page.paragraph(&format!("Pictures show {some} of the {all} outputs: {}.", shown.join(", ")));
     }
 }
 
-fn side_by_side(picture: &Picture, encode: Encode<'_>, page: &mut String) {
+fn side_by_side(picture: &Picture, encode: Encode<'_>, page: &mut Page) {
     let ways =
         [format!("{MANY} samples"), "original, 1 sample".to_string(), "with levels, 1 sample".to_string()];
-    page.push_str("<div>");
+    page.text.push_str("<div>");
     for (planes, way) in picture.images.iter().zip(ways) {
         if let Some(url) = encode(picture.size, picture.size, planes) {
-            let name = escape(&format!("{}: {way}", picture.output));
-            let _ = write!(
-                page,
-                "<figure><img alt=\"{name}\" src=\"{url}\"><figcaption>{name}</figcaption></figure>"
-            );
+            let name = format!("{}: {way}", picture.output);
+            page.picture(&url, &name, &name);
         }
     }
-    page.push_str("</div>");
+    page.text.push_str("</div>");
 }
 
 #[cfg(test)]
@@ -125,16 +95,12 @@ mod tests {
             reference_samples: 64,
             outputs: ["a", "b", "c"].map(str::to_string).to_vec(),
             cost: 2817.0,
-            faded_noise: 0,
-            noise_width: 0.0,
-            soft_edges: 0,
-            level: None,
             why: vec!["take `--samples 4`".into()],
             text: (!rows.is_empty()).then(|| "shader".to_string()),
             rows,
             tried: 1,
-            cut_short: false,
             pictures: pictures.iter().map(picture).collect(),
+            ..Report::default()
         }
     }
 

@@ -10,7 +10,7 @@ use crate::sample::{Filter, Oracle, Pattern, Shading, oracle, reaches, some_pixe
 use osl::stages::{self, Compiled};
 use osl_exec::{PointSource, RunError, RunOptions, Services};
 use osl_ir::global::Global;
-use osl_ir::ir::{Body, Inst, Kernel, Op};
+use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_ir::types::Type;
 use osl_scene::Grid;
@@ -29,8 +29,6 @@ const SAMPLES: (u32, u32) = (32, 128);
 /// The work of all reference values, in additions: it sets the number of samples, so that this number does
 /// not depend on the clock.
 const WORK: f64 = 4e9;
-/// What a lookup in a texture, or a value of Gabor noise, costs more than the cost model of the repairs says.
-const LOOKUP: f64 = 1500.0;
 /// How far the rounded mean of an int may be off, as a share of its range.
 const ROUNDING: f64 = 0.01;
 /// Largest number of samples of the original that a level is compared with.
@@ -41,15 +39,6 @@ pub(super) struct Variant {
     pub(super) compiled: Compiled,
     /// Its cost, in additions.
     pub(super) cost: f64,
-    /// Number of lookups in textures and of values of Gabor noise, which take much longer than they cost.
-    lookups: usize,
-}
-
-impl Variant {
-    /// The work of a sample, in additions.
-    pub(super) fn work(&self) -> f64 {
-        self.cost + LOOKUP * self.lookups as f64
-    }
 }
 
 /// The set of points on which levels are made, the one that judges them, and the pixels that show a part of
@@ -115,7 +104,7 @@ impl<'a> Judge<'a> {
         let mut judge =
             Judge { services, options, grid, turned, seed, outputs: Vec::new(), samples: SAMPLES.0 };
         let variant = judge.variant(original);
-        let each = WORK / (2.0 * FOOTPRINTS.len() as f64 * SQUARE as f64 * variant.work().max(1.0));
+        let each = WORK / (2.0 * FOOTPRINTS.len() as f64 * SQUARE as f64 * variant.cost.max(1.0));
         judge.samples = 1 << (each.clamp(f64::from(SAMPLES.0), f64::from(SAMPLES.1)) as u32).ilog2();
         judge.outputs = judge.ranges(&variant)?;
         Ok((judge, variant))
@@ -158,19 +147,7 @@ impl<'a> Judge<'a> {
         };
         let compiled = stages::finish(body, &options);
         let cost = cost(&compiled.body);
-        let insts = compiled.body.insts();
-        let is_lookup = |inst: &&Inst| {
-            let Op::Kernel(kernel, _) = &inst.op else { return false };
-            matches!(
-                kernel,
-                Kernel::NamedNoise { .. }
-                    | Kernel::Texture { .. }
-                    | Kernel::Environment { .. }
-                    | Kernel::Volume { .. }
-            )
-        };
-        let lookups = insts.filter(is_lookup).count();
-        Variant { compiled, cost, lookups }
+        Variant { compiled, cost }
     }
 
     /// The points of a set. Levels are made for all surfaces and views, and must hold for those of a run.

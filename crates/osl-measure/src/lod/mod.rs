@@ -9,7 +9,6 @@
 
 mod edges;
 mod errors;
-mod frame;
 mod ground;
 mod html;
 mod inputs;
@@ -19,7 +18,6 @@ mod original;
 mod report;
 mod search;
 mod text;
-mod why;
 mod words;
 mod write;
 
@@ -34,7 +32,6 @@ use crate::sample::{Pattern, some_pixels};
 use crate::stability::fix::Built;
 use crate::stability::fix::source::Source;
 use errors::Bounds;
-use frame::Frame;
 use ground::shapes;
 use inputs::Inputs;
 use judge::{FOOTPRINTS, Judge, LARGEST, Set, Variant};
@@ -44,6 +41,7 @@ use osl_hir::hir::Program;
 use osl_ir::ir::Body;
 use osl_scene::Grid;
 use search::{BEGINS, Failed, Search};
+use write::Frame;
 use write::{Plan, Said};
 
 /// Compiles a changed text of the main file, without notes; `None` if it has errors.

@@ -4,9 +4,9 @@
 //! Such a fade depends on the argument of the noise alone, so it is right for all values of parameters as
 //! long as the result is used linearly.
 
-use super::frame::Frame;
-use super::words::trimmed;
+use super::write::Frame;
 use crate::stability::fix::source::Source;
+use crate::words::trimmed;
 use osl_hir::hir::{Expr, ExprKind};
 use osl_ir::ir::NoiseField;
 use osl_ir::types::Type;
@@ -121,7 +121,8 @@ pub(super) fn edits(source: &Source<'_>, frame: &Frame, list: &[&Call], start: f
             false => ("float p", "Dx(p) * Dx(p) + Dy(p) * Dy(p)"),
         };
         // The squares of both sides of the pixel at which it begins.
-        let begin = trimmed(format!("{:.4}", 2.0 * start * start));
+        let begin = format!("{:.4}", 2.0 * start * start);
+        let begin = trimmed(&begin);
         text += &format!(
             "// Noise that fades to its mean where a pixel covers its cells, by oslrun lod.\n\
              {result} {name}(string kind, {point})\n{{\n    float size = {size};\n    \

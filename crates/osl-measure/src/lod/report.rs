@@ -7,8 +7,8 @@ use super::errors::Errors;
 use super::ground::{By, Ground};
 use super::judge::{MOST, Output, Set, Variant};
 use super::original::{Known, Sizes};
-use super::search::Search;
-use super::{Request, SHOWN, Written, why};
+use super::search::{Search, sentences};
+use super::{Request, SHOWN, Written};
 use crate::sample::Pattern;
 use osl_exec::{PointSource, RunError};
 use osl_scene::Grid;
@@ -16,7 +16,7 @@ use serde::Serialize;
 use std::time::Instant;
 
 /// The result.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Report {
     /// The shader.
     pub name: String,
@@ -145,20 +145,12 @@ pub(super) fn report(request: &Request<'_>, search: &Search<'_, '_>, found: Opti
         reference_samples: search.judge.samples(),
         outputs: search.judge.outputs.iter().map(|output| output.name.clone()).collect(),
         cost: search.original.cost,
-        faded_noise: 0,
-        noise_width: 0.0,
-        soft_edges: 0,
-        level: None,
-        why: Vec::new(),
-        rows: Vec::new(),
         tried: search.tried,
-        cut_short: false,
-        text: None,
-        pictures: Vec::new(),
+        ..Report::default()
     };
     let level = found.as_ref().and_then(|found| found.plan.far.as_ref());
     if level.is_none() {
-        report.why = why::sentences(&search.failed, &report.outputs, report.samples);
+        report.why = sentences(&search.failed, &report.outputs, report.samples);
     }
     let Some(found) = found else { return report };
     report.level = found.plan.far.as_ref().map(|far| Level {
@@ -255,7 +247,7 @@ fn equal(curve: &[(f64, f64)], error: f64) -> f64 {
 /// The smallest times of a sample at a footprint, measured in turns: other work on the machine only adds.
 fn time(search: &Search<'_, '_>, found: &Written, footprint: f64) -> Result<[f64; 2], RunError> {
     let judge = search.judge;
-    let work = search.original.work().max(1.0);
+    let work = search.original.cost.max(1.0);
     let size = (IMAGE / work).sqrt().clamp(TIMED.0, TIMED.1) as usize;
     let grid = enlarged(judge.grid, size);
     // A run with one sample computes a grid. Random directions would take longer than many shaders.

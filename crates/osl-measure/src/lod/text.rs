@@ -3,7 +3,7 @@
 use super::SHOWN;
 use super::report::{Report, Row};
 use super::words::{percent, samples};
-use crate::explain::{plain, short};
+use crate::words::{plain, short};
 use std::fmt::Write;
 
 /// The report as text: the levels, and a table by footprint.

@@ -1,7 +1,7 @@
 //! Numbers in words and as expressions of the language.
 
-use crate::explain::plain;
 use crate::stability::fix::term::word;
+use crate::words::{plain, trimmed};
 use osl_ir::types::Type;
 
 /// A number of samples.
@@ -36,7 +36,7 @@ pub(super) fn value(ty: Type, means: &[f64], range: f64) -> Option<String> {
 
 /// A number with about four digits of a range, and with at most the digits of a float.
 fn number(x: f64, range: f64) -> String {
-    let mut text = trimmed(format!("{:?}", x as f32));
+    let mut text = trimmed(&format!("{:?}", x as f32)).to_string();
     if range > 0.0 && range.is_finite() {
         let mut digits = 0;
         let mut unit = 1e-3 * range;
@@ -44,9 +44,10 @@ fn number(x: f64, range: f64) -> String {
             unit *= 10.0;
             digits += 1;
         }
-        let rounded = trimmed(format!("{x:.digits$}"));
+        let rounded = format!("{x:.digits$}");
+        let rounded = trimmed(&rounded);
         if rounded.len() <= text.len() {
-            text = rounded;
+            text = rounded.to_string();
         }
     }
     let is_int_text = !text.contains(['.', 'e']);
@@ -55,14 +56,6 @@ fn number(x: f64, range: f64) -> String {
         text.push_str(".0");
     }
     if text == "-0" { "0".to_string() } else { text }
-}
-
-/// Without zeros at the end of a fraction.
-pub(super) fn trimmed(mut text: String) -> String {
-    if text.contains('.') && !text.contains('e') {
-        text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
-    }
-    text
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! Adaptive sampling: each round doubles the samples of the pixels whose error is still too large.
 
-use super::image::{Image, PixelSamples, Shading, not_finite};
+use super::error::Weights;
+use super::image::{Image, PixelSamples, Shading};
 use super::pattern::{MAX_SAMPLES, Pattern};
 use super::round::{Sums, put};
-use super::weights::Weights;
 use osl_exec::{Frame, RunError};
 use std::ops::Range;
 
@@ -178,15 +178,10 @@ pub(super) fn power_below(samples: u32) -> u32 {
 fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
     let unfinished = refiner.active.len() as u64;
     let Sampled { pixels, means, each, evaluations, said } = refiner.done();
-    let mut image = Image { frame: said, ..Image::default() };
-    image.tally.pixels = pixels.len() as u64;
-    image.tally.evaluations = evaluations;
+    let mut image = shading.image(means, said, (pixels.len(), evaluations));
     image.tally.note_all(each.iter().copied());
-    image.samples = PixelSamples::Each(each);
     image.tally.unfinished = unfinished;
-    image.tally.not_finite = not_finite(&means);
-    image.frame.planes = shading.filled(means);
-    image
+    Image { samples: PixelSamples::Each(each), ..image }
 }
 
 /// The distance of each pixel from the line between its neighbours, left and right or above and below; 0 at

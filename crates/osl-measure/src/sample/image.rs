@@ -1,12 +1,12 @@
 //! The inputs of an image, runs of the program at some of its pixels, and what an image consists of.
 
+use super::error::Weights;
 use super::error::{Block, Shown, blocks};
 use super::filter::Filter;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
 use super::round::{Found, Round, STEP, Sums};
 use super::surface::Surface;
-use super::weights::Weights;
 use osl_exec::{Frame, Plane, PointSource, Program, Run, RunError, RunOptions, Services};
 use osl_ir::ir::Kind;
 use rayon::prelude::*;
@@ -135,6 +135,13 @@ impl Tally {
             Err(at) if pixels > 0 => self.by_samples.insert(at, (samples, pixels)),
             Err(_) => {}
         }
+    }
+
+    /// Records that the centres of some pixels were computed, at most all, and the others interpolated.
+    pub(super) fn note_centres(&mut self, computed: u64) {
+        let computed = computed.min(self.pixels);
+        self.note(1, computed);
+        self.note(0, self.pixels - computed);
     }
 
     /// Records the sample counts of pixels, one after the other.
@@ -389,19 +396,18 @@ impl<'a> Shading<'a> {
     pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, RunError> {
         let samples = samples.clamp(1, self.pattern.count());
         let pixels = self.pixels(rows);
-        let mut image = Image::default();
-        let values: Vec<Vec<f32>> = if samples == 1 {
-            self.centres(&pixels, &mut image.frame)?
-        } else {
-            let (means, said) = self.means(&pixels, 0..samples)?;
-            image.frame = said;
-            means
+        let mut said = Frame::default();
+        let values = match samples {
+            1 => self.centres(&pixels, &mut said)?,
+            _ => {
+                let (means, more) = self.means(&pixels, 0..samples)?;
+                said = more;
+                means
+            }
         };
-        image.tally.pixels = pixels.len() as u64;
-        image.tally.evaluations = pixels.len() as u64 * u64::from(samples);
-        image.tally.note(samples, pixels.len() as u64);
-        image.tally.not_finite = not_finite(&values);
-        image.frame.planes = self.filled(values);
+        let count = pixels.len() as u64;
+        let mut image = self.image(values, said, (pixels.len(), count * u64::from(samples)));
+        image.tally.note(samples, count);
         Ok(image)
     }
 
@@ -421,6 +427,19 @@ impl<'a> Shading<'a> {
         self.centres(pixels, &mut Frame::default())
     }
 
+    /// An image of so many pixels with these values, which took some evaluations of the shader.
+    pub(super) fn image(
+        &self,
+        values: Vec<Vec<f32>>,
+        said: Frame,
+        (pixels, evaluations): (usize, u64),
+    ) -> Image {
+        let (pixels, not_finite) = (pixels as u64, not_finite(&values));
+        let tally = Tally { pixels, evaluations, not_finite, ..Tally::default() };
+        let frame = Frame { planes: self.filled(values), ..said };
+        Image { frame, tally, samples: PixelSamples::default() }
+    }
+
     /// Planes of an image with values.
     pub(super) fn filled(&self, values: Vec<Vec<f32>>) -> Vec<Plane> {
         let mut planes = self.planes();
@@ -432,7 +451,7 @@ impl<'a> Shading<'a> {
 }
 
 /// Number of pixels with a value that is NaN or infinite.
-pub(super) fn not_finite(planes: &[Vec<f32>]) -> u64 {
+fn not_finite(planes: &[Vec<f32>]) -> u64 {
     // Some values at a time, which the compiler puts into vectors.
     let is_bad = |values: &[f32]| values.iter().fold(false, |any, x| any | !x.is_finite());
     let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.chunks(256).any(is_bad)).collect();

@@ -22,7 +22,6 @@ mod rate;
 mod round;
 mod seen;
 mod surface;
-mod weights;
 mod within;
 
 pub use adapt::{Adaptive, adaptive};

@@ -1,7 +1,7 @@
 //! One evaluation for several pixels: the pixels of a lattice are computed, the others are interpolated.
 
-use super::image::{Image, Shading, not_finite};
-use osl_exec::RunError;
+use super::image::{Image, Shading};
+use osl_exec::{Frame, RunError};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::fmt;
@@ -62,17 +62,12 @@ pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<
     let lines = ticks(rows.start..end, step);
     let pixels: Vec<u32> =
         lines.iter().flat_map(|y| columns.iter().map(move |x| (y * width + x) as u32)).collect();
-    let mut image = Image::default();
-    let known = shading.centres(&pixels, &mut image.frame)?;
+    let mut said = Frame::default();
+    let known = shading.centres(&pixels, &mut said)?;
     let values: Vec<Vec<f32>> =
         known.iter().map(|plane| stretched(plane, &columns, &lines, width, &rows)).collect();
-    image.tally.pixels = (rows.len() * width) as u64;
-    image.tally.evaluations = pixels.len() as u64;
-    let own = (pixels.len() as u64).min(image.tally.pixels);
-    image.tally.note(1, own);
-    image.tally.note(0, image.tally.pixels - own);
-    image.tally.not_finite = not_finite(&values);
-    image.frame.planes = shading.filled(values);
+    let mut image = shading.image(values, said, (rows.len() * width, pixels.len() as u64));
+    image.tally.note_centres(pixels.len() as u64);
     Ok(image)
 }
 

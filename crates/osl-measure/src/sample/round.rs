@@ -3,7 +3,7 @@
 //! All planes of eight pixels are examined together, so that the compiler puts the pixels into vectors.
 
 use super::error::{Shown, value, weight, within};
-use super::weights::{Weights, weighted};
+use super::error::{Weights, weighted};
 use osl_exec::Plane;
 use osl_ir::ir::Kind;
 use osl_simd::{Isa, Kernel};

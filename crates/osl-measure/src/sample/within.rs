@@ -6,7 +6,7 @@
 //! samples and nothing else: the image has the bits of [`Shading::rows`] with the number that was reached.
 
 use super::error::{Block, add, steady};
-use super::image::{Image, Shading, TOGETHER, not_finite};
+use super::image::{Image, Shading, TOGETHER};
 use super::oracle::some_pixels;
 use super::pattern::MAX_SAMPLES;
 use super::points::SamplePoints;
@@ -158,7 +158,6 @@ impl<'a> Passes<'a> {
     }
 
     fn image(self) -> Image {
-        let mut image = Image { frame: self.said, ..Image::default() };
         let (samples, weights) = (f64::from(self.samples), &self.weights);
         let mean = |(at, sum): (usize, &f64)| {
             let weight = weights.get(at).map_or(samples, |weight| steady(*weight));
@@ -167,11 +166,9 @@ impl<'a> Passes<'a> {
         let values: Vec<Vec<f32>> =
             self.sums.iter().map(|plane| plane.iter().enumerate().map(mean).collect()).collect();
         let count = self.pixels.len() as u64;
-        image.tally.pixels = count;
-        image.tally.evaluations = count * u64::from(self.samples);
+        let evaluations = count * u64::from(self.samples);
+        let mut image = self.shading.image(values, self.said, (self.pixels.len(), evaluations));
         image.tally.note(self.samples, count);
-        image.tally.not_finite = not_finite(&values);
-        image.frame.planes = self.shading.filled(values);
         image
     }
 }

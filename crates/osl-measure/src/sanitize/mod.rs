@@ -14,7 +14,7 @@ mod words;
 
 pub use detect::{DIGITS_LOST, LOST_AT};
 pub use rounding::{Apart, Digits, Rounding, rounding};
-pub(crate) use rounding::{RUNS, alike, needed, numbers};
+pub(crate) use rounding::{RUNS, alike, needed, numbers, output};
 pub use watch::{Examined, Points, Subject, sanitize};
 pub(crate) use watch::{events_at, is_written};
 
@@ -48,35 +48,55 @@ pub enum Kind {
     Denormal,
 }
 
+/// The kinds in their order: name, title, and what an instruction does.
+const KINDS: [(Kind, &str, &str, &str); 10] = [
+    (Kind::IntOverflow, "int-overflow", "an int overflows", "overflows an int"),
+    (
+        Kind::IntConversion,
+        "int-conversion",
+        "a float does not fit an int",
+        "makes an int of a float that does not fit",
+    ),
+    (Kind::ZeroDivision, "zero-division", "division by zero", "divides by zero"),
+    (Kind::Domain, "domain", "argument outside of the domain", "is given what it is not defined for"),
+    (Kind::Edges, "edges", "edges out of order", "has edges out of order"),
+    (Kind::Index, "index", "index out of range", "is an index out of range"),
+    (Kind::Nan, "nan", "a NaN appears", "makes a NaN"),
+    (Kind::Infinity, "infinity", "a result is too large", "makes a number that is too large for a float"),
+    (Kind::Cancellation, "cancellation", "digits cancel out", "loses digits"),
+    (
+        Kind::Denormal,
+        "denormal",
+        "a result is almost 0 (denormal)",
+        "makes a number that is too small for all of its digits",
+    ),
+];
+
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 10] = [
-        Kind::IntOverflow,
-        Kind::IntConversion,
-        Kind::ZeroDivision,
-        Kind::Domain,
-        Kind::Edges,
-        Kind::Index,
-        Kind::Nan,
-        Kind::Infinity,
-        Kind::Cancellation,
-        Kind::Denormal,
-    ];
+    pub const ALL: [Kind; 10] = {
+        let (mut all, mut at) = ([Kind::Nan; 10], 0);
+        while at < all.len() {
+            all[at] = KINDS[at].0;
+            assert!(all[at] as usize == at);
+            at += 1;
+        }
+        all
+    };
 
     /// Its name for options and tools.
     pub fn name(self) -> &'static str {
-        match self {
-            Kind::IntOverflow => "int-overflow",
-            Kind::IntConversion => "int-conversion",
-            Kind::ZeroDivision => "zero-division",
-            Kind::Domain => "domain",
-            Kind::Edges => "edges",
-            Kind::Index => "index",
-            Kind::Nan => "nan",
-            Kind::Infinity => "infinity",
-            Kind::Cancellation => "cancellation",
-            Kind::Denormal => "denormal",
-        }
+        KINDS[self as usize].1
+    }
+
+    /// What happened, as the title of a report.
+    pub fn title(self) -> &'static str {
+        KINDS[self as usize].2
+    }
+
+    /// What an instruction does, as the verb of a sentence.
+    pub(crate) fn verb(self) -> &'static str {
+        KINDS[self as usize].3
     }
 
     /// The kind with a name.
@@ -125,7 +145,7 @@ pub struct Event {
 }
 
 /// The numeric events of a shader.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Report {
     /// The shader.
     pub shader: String,

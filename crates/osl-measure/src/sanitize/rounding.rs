@@ -7,7 +7,7 @@
 use super::detect::ALL_DIGITS;
 use super::watch::{Points, Subject, nth, stride};
 use crate::quote::Quote;
-use crate::trace::{self, Exact, Node, NodeId, OnePoint, Trace, What};
+use crate::trace::{self, Alone, Exact, Node, NodeId, OnePoint, Trace, What};
 use osl_exec::Services;
 use osl_ir::Span;
 use osl_ir::ir::Const;
@@ -123,7 +123,9 @@ pub fn rounding(
     let stride = stride(count);
     let one = |at: usize| {
         let point = OnePoint { source: points.source, point: nth(at, stride, count) };
-        let follow = |run: u32| trace::follow_rounded(&subject.body, services, point, &subject.limits, run);
+        let follow = |run: u32| {
+            trace::follow_alone(&subject.body, services, point, &subject.limits, Alone::Single(run))
+        };
         let traces = [0, 1, 2].map(follow);
         let is_over = subject.limits.halted().is_some();
         let is_cut = traces.iter().any(|trace| trace.cut);
@@ -207,11 +209,7 @@ fn compare(traces: &[Trace; RUNS]) -> (Vec<String>, Compared) {
     let mut names = Vec::new();
     let mut outputs = Vec::new();
     for (at, (name, _, ids)) in traces[0].outputs.iter().enumerate() {
-        let numbers = traces.each_ref().map(|trace| {
-            let ids = trace.outputs.get(at).map(|(_, _, ids)| &ids[..]).unwrap_or_default();
-            ids.iter().flat_map(|id| numbers(trace.nodes.get(*id as usize))).collect::<Vec<f64>>()
-        });
-        let spreads = spreads(&numbers);
+        let spreads = spreads(&output(traces, at));
         let is_apart =
             spreads.iter().any(|spread| *spread != Spread { mean: spread.mean, ..Spread::default() });
         let place = match (is_apart, is_whole) {
@@ -299,6 +297,14 @@ fn dropped(traces: &[Trace; RUNS], ids: &[NodeId]) -> Option<Span> {
 fn spreads(numbers: &[Vec<f64>; RUNS]) -> Vec<Spread> {
     let [a, b, c] = numbers;
     a.iter().zip(b).zip(c).map(|((a, b), c)| Spread::of([*a, *b, *c])).collect()
+}
+
+/// The numbers of an output in each run.
+pub(crate) fn output(traces: &[Trace; RUNS], at: usize) -> [Vec<f64>; RUNS] {
+    traces.each_ref().map(|trace| {
+        let ids = trace.outputs.get(at).map(|(_, _, ids)| &ids[..]).unwrap_or_default();
+        ids.iter().flat_map(|id| numbers(trace.nodes.get(*id as usize))).collect()
+    })
 }
 
 /// The numbers of a node in the arithmetic that was followed.

@@ -1,7 +1,7 @@
 //! A report as text.
 
-use super::{Event, Kind, Report, Rounding};
-use crate::explain::percent;
+use super::{Event, Report, Rounding};
+use crate::words::percent;
 use std::fmt::Write;
 
 /// The text: each event with its line, how often it happens, and an example.
@@ -15,20 +15,7 @@ pub fn text(report: &Report) -> String {
     };
     let points = if report.points == 1 { "point" } else { "points" };
     let _ = writeln!(out, "{}: {found}, at {} {points} ({width}x{height})", report.shader, report.points);
-    if report.not_examined > 0 {
-        let _ = writeln!(
-            out,
-            "  the time was over (--budget) before {} more points were examined; which ones depends on the machine",
-            report.not_examined
-        );
-    }
-    if report.cut > 0 {
-        let _ = writeln!(
-            out,
-            "  {} points were too long to be examined to their end (--limit running.trace)",
-            report.cut
-        );
-    }
+    left_out(report.not_examined, report.cut, "examined", &mut out);
     for event in &report.events {
         one(event, report.points, &mut out);
     }
@@ -38,6 +25,20 @@ pub fn text(report: &Report) -> String {
     out
 }
 
+/// What was not done with all points, in words.
+fn left_out(not_done: usize, cut: usize, done: &str, out: &mut String) {
+    if not_done > 0 {
+        let _ = writeln!(
+            out,
+            "  the time was over (--budget) before {not_done} more points were {done}; which ones depends on the machine"
+        );
+    }
+    if cut > 0 {
+        let _ =
+            writeln!(out, "  {cut} points were too long to be {done} to their end (--limit running.trace)");
+    }
+}
+
 /// Places that are listed.
 const LISTED: usize = 6;
 
@@ -45,17 +46,7 @@ const LISTED: usize = 6;
 fn digits(rounding: &Rounding, out: &mut String) {
     let Rounding { runs, points, cut, not_examined, outputs, lines } = rounding;
     let _ = writeln!(out, "\nRandom rounding: digits in which {runs} runs agree, at {points} points");
-    if *not_examined > 0 {
-        let _ = writeln!(
-            out,
-            "  the time was over (--budget) before {not_examined} more points were followed; which ones depends on the \
-             machine"
-        );
-    }
-    if *cut > 0 {
-        let _ =
-            writeln!(out, "  {cut} points were too long to be followed to their end (--limit running.trace)");
-    }
+    left_out(*not_examined, *cut, "followed", out);
     for output in outputs {
         let few = match output.few {
             0 => String::new(),
@@ -89,26 +80,10 @@ fn one(event: &Event, of: usize, out: &mut String) {
         "\n{}:{}: {} at {} of {of} points ({share}{often}), first at pixel ({x}, {y})",
         event.quote.file,
         event.quote.line,
-        title(event.kind),
+        event.kind.title(),
         event.points
     );
     event.quote.write(out);
     let margin = " ".repeat(event.quote.line.to_string().len());
     let _ = writeln!(out, "  {margin} = {}", event.example);
-}
-
-/// The kind in words.
-pub fn title(kind: Kind) -> &'static str {
-    match kind {
-        Kind::IntOverflow => "an int overflows",
-        Kind::IntConversion => "a float does not fit an int",
-        Kind::ZeroDivision => "division by zero",
-        Kind::Domain => "argument outside of the domain",
-        Kind::Edges => "edges out of order",
-        Kind::Index => "index out of range",
-        Kind::Nan => "a NaN appears",
-        Kind::Infinity => "a result is too large",
-        Kind::Cancellation => "digits cancel out",
-        Kind::Denormal => "a result is almost 0 (denormal)",
-    }
 }

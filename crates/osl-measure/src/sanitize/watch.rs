@@ -9,6 +9,7 @@ use super::words::{Example, example};
 use super::{Event, Kind, Report};
 use crate::quote::Quote;
 use crate::trace::{self, Node, OnePoint, Trace, What};
+use crate::words::closes;
 use osl_exec::{PointSource, Services};
 use osl_hir::builtins::{self, Emit};
 use osl_ir::Span;
@@ -127,13 +128,9 @@ pub fn sanitize(
     let mut report = Report {
         shader: shader.to_string(),
         grid: [width, height],
-        points: 0,
-        cut: 0,
-        not_examined: 0,
         digits_lost: DIGITS_LOST,
         lost_at: LOST_AT,
-        events: Vec::new(),
-        rounding: None,
+        ..Report::default()
     };
     let stride = stride(count);
     // A trace may be large, so only a few are kept at a time.
@@ -307,18 +304,7 @@ fn callee(code: &str) -> Option<&str> {
     if name.is_empty() || !name.chars().all(|c| c.is_alphanumeric() || c == '_') {
         return None;
     }
-    let mut depth = 1_usize;
-    for (at, c) in rest.char_indices() {
-        match c {
-            '(' => depth += 1,
-            ')' => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            return (at + 1 == rest.len()).then_some(name);
-        }
-    }
-    None
+    (closes(rest.char_indices(), '(', ')')? + 1 == rest.len()).then_some(name)
 }
 
 #[cfg(test)]

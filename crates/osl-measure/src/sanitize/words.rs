@@ -2,8 +2,8 @@
 
 use super::Kind;
 use super::detect::{ALL_DIGITS, DetectedEvent, operands, part};
-use crate::explain::{digits, json_of};
-use crate::trace::{Node, Trace, What};
+use crate::explain::{digits, json_of, written};
+use crate::trace::{Exact, Node, Trace, What};
 use osl_ir::ir::{Const, Kernel, LaneOp};
 use osl_numeric::Domain;
 use serde_json::Value;
@@ -162,17 +162,14 @@ fn list(values: &[Const]) -> String {
 
 /// A value with just enough digits to know it.
 fn show(value: &Const) -> String {
-    let float = |x: &f32| {
-        let text = format!("{x:?}");
+    let float = |x: f64| {
+        let text = format!("{:?}", x as f32);
         text.strip_suffix(".0").map_or(text.clone(), str::to_string)
     };
-    match value {
-        Const::Int(n) => n.to_string(),
-        Const::Float(x) => float(x),
-        Const::Triple(t) => format!("({})", t.iter().map(float).collect::<Vec<_>>().join(" ")),
-        Const::Matrix(_) => "a matrix".to_string(),
-        Const::Str(text) => format!("{text:?}"),
-        Const::Null => "null".to_string(),
+    if matches!(value, Const::Matrix(_)) {
+        "a matrix".to_string()
+    } else {
+        written(&Exact::widen(value), float)
     }
 }
 

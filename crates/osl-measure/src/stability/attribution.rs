@@ -16,11 +16,11 @@
 //! the outputs.
 
 use super::loop_growth::Users;
-use super::overflow::{broken, rounded_once};
 use super::pairs::{Pairs, Paths};
-use super::range_reduction::reduces;
 use super::replay::can_round;
+use super::rerun::reduces;
 use super::rerun::{again, difference, differences, relative_error};
+use super::rerun::{broken, rounded_once};
 use super::sensitivity::{LEAST, LineOf, Roundings, Rounds, measured};
 use super::statistics::{Blame, InstSite};
 use crate::trace::{Exact, NodeId, Trace, What};
@@ -273,7 +273,7 @@ impl<'a> Steps<'a> {
     /// itself, and how many times a rounding its own error is.
     fn pass_on(&self, flow: &[f64], args: &[NodeId], flows: &mut [Vec<f64>]) -> (f64, f64) {
         let node = self.trace.node(self.id);
-        let strict = node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers());
+        let strict = node.numbers();
         let mut now = self.exact.clone();
         let total: f64 = flow.iter().sum();
         let Some(mut before) = self.run(&now) else { return (self.pass_on_unknown(total, args, flows), 0.0) };

@@ -1,7 +1,7 @@
 //! Derivatives across discontinuities: places where the change of a function from one pixel to the next has
 //! nothing to do with the derivative that the shader was given.
 
-use crate::trace::{Exact, Node, Trace, What};
+use crate::trace::{Trace, What};
 use osl_ir::Span;
 use osl_ir::ir::{Kernel, Note};
 use std::collections::BTreeMap;
@@ -20,15 +20,11 @@ fn calls(trace: &Trace) -> Calls {
         let called = form.split('(').next().and_then(|head| head.split(' ').next_back());
         let Some(function) = FUNCTIONS.into_iter().find(|f| Some(*f) == called) else { continue };
         if let [argument, result] = node.args[..] {
-            let both = (numbers(trace.node(argument)), numbers(trace.node(result)));
+            let both = (trace.node(argument).numbers(), trace.node(result).numbers());
             calls.entry((node.span, function)).or_default().push(both);
         }
     }
     calls
-}
-
-fn numbers(node: &Node) -> Vec<f64> {
-    node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers())
 }
 
 /// Share of a change that a derivative may miss.

@@ -2,11 +2,12 @@
 
 use super::Report;
 use super::discontinuities::FUNCTIONS;
-use super::lines::{BlamedLines, Culprit, culprits};
+use super::lines::{Culprit, culprits};
 use super::oracle::{NotEnough, not_enough};
 use super::subject::{Base, Planes, Subject};
 use super::sweep::{Finding, NOTABLE, measure, percent, sweep};
 use super::trial::{SAFE, Setting, Trial};
+use crate::words::{listed, short};
 use osl_exec::RunError;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
@@ -68,145 +69,32 @@ pub fn examine(
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    let given = at_given(subject, grid, tolerance, sources);
+    let (mut examined, skipped) = at_given(subject, grid, tolerance, sources, shader);
     if let Some(finding) = too_long(subject, grid) {
-        let mut examined = only_given(given, (subject, tolerance), shader);
-        examined.report.findings.push(finding);
+        examined.report.findings.extend(not_followed(skipped).into_iter().chain([finding]));
         return examined;
     }
-    let Baseline { first, given, found, not_enough } = given;
-    let BlamedLines { blamed, noticed, skipped } = found;
-    let mut findings = vec![as_given(&first)];
-    findings.extend(unknown(not_enough.as_ref()));
-    let mut sweeps = Sweeps {
-        subject,
-        grid,
-        tolerance,
-        trials: vec![first],
-        findings,
-        beyond: Vec::new(),
-        skipped,
-        far: None,
-        settings: Vec::new(),
-        not_examined: Vec::new(),
-    };
+    let mut sweeps = Sweeps { subject, grid, examined, skipped };
     sweeps.is_over(LINES);
     for knobs in [OFFSET, SCALE] {
         sweeps.coordinates(knobs, sources);
     }
-    sweeps.findings.push(resolution(grid));
+    sweeps.examined.report.findings.push(resolution(grid));
     if subject.base.differentiates {
         sweeps.sweep(FOOTPRINT);
     }
     sweeps.parameters(knobs, variant);
-    sweeps.findings.extend(not_followed(sweeps.skipped));
-    let Sweeps { trials, findings, beyond, far, settings, not_examined, .. } = sweeps;
-    let beyond = beyond_only(beyond, &blamed, &noticed);
-    let report = Report {
-        shader: shader.to_string(),
-        tolerance,
-        trials,
-        findings,
-        culprits: blamed,
-        noticed,
-        beyond,
-        not_enough,
-        not_examined,
-        left_out: subject.base.left_out.clone(),
-        repair: None,
-    };
-    Examined { report, given, far, beyond: settings }
-}
-
-/// The lines that fail beyond the right ranges, each once, without those that are named at the given setting.
-fn beyond_only(beyond: Vec<Culprit>, blamed: &[Culprit], noticed: &[Culprit]) -> Vec<Culprit> {
-    let mut once: Vec<Culprit> = Vec::new();
-    for line in beyond {
-        let mut named = blamed.iter().chain(noticed).chain(&once);
+    let Sweeps { mut examined, skipped, .. } = sweeps;
+    let report = &mut examined.report;
+    report.findings.extend(not_followed(skipped));
+    // Each line once, without those that are named at the given setting.
+    for line in std::mem::take(&mut report.beyond) {
+        let mut named = report.culprits.iter().chain(&report.noticed).chain(&report.beyond);
         if !named.any(|other| (&other.file, other.line) == (&line.file, line.line)) {
-            once.push(line);
+            report.beyond.push(line);
         }
     }
-    once
-}
-
-/// The sweeps of an examination, and what they found so far. The first trial is that of the given setting.
-struct Sweeps<'a> {
-    subject: &'a Subject<'a>,
-    grid: &'a Grid,
-    tolerance: f64,
-    trials: Vec<Trial>,
-    findings: Vec<Finding>,
-    /// The lines that fail just beyond the right ranges.
-    beyond: Vec<Culprit>,
-    /// The number of points that were not followed.
-    skipped: usize,
-    far: Option<(f64, Planes)>,
-    settings: Vec<Setting>,
-    not_examined: Vec<String>,
-}
-
-impl Sweeps<'_> {
-    /// Whether the time is over. What ran out of time is left out as a whole.
-    fn is_over(&mut self, what: &str) -> bool {
-        let is_over = self.subject.is_over();
-        if is_over {
-            self.not_examined.push(what.to_string());
-        }
-        is_over
-    }
-
-    /// Sweeps one number: the value next to the right range at which points are wrong.
-    fn sweep(&mut self, (setting, name, decade): Knobs) -> Option<f64> {
-        if self.is_over(name) {
-            return None;
-        }
-        let first = self.trials.first()?;
-        let swept = sweep(self.subject, self.grid, self.tolerance, (setting, name), (decade, first));
-        if self.is_over(name) {
-            return None;
-        }
-        self.trials.extend(swept.trials);
-        self.findings.push(swept.finding);
-        swept.wrong
-    }
-
-    /// Sweeps a change of the coordinates, and blames lines just beyond the right range, where errors still
-    /// have single causes.
-    fn coordinates(&mut self, knobs: Knobs, sources: &SourceMap) {
-        let (setting, name, _) = knobs;
-        let Some(by) = self.sweep(knobs) else { return };
-        self.settings.push(setting(by));
-        let base = &self.subject.base;
-        let (_, planes) = measure(self.subject, base, self.grid, setting(by), self.tolerance);
-        let found = culprits(self.subject, self.grid, &setting(by), &planes, sources, true);
-        self.skipped += found.skipped;
-        self.beyond.extend(found.blamed.into_iter().chain(found.noticed));
-        if name == OFFSET.1 {
-            self.far = Some((by, planes));
-        }
-    }
-
-    /// Tries the values of all parameters.
-    fn parameters(&mut self, knobs: &[Knob], variant: &dyn Fn(&str, &str) -> Option<Base>) {
-        let mut passed_on: Vec<&str> = Vec::new();
-        for knob in knobs {
-            if self.is_over(&knob.name) {
-                continue;
-            }
-            let Some(first) = self.trials.first() else { return };
-            let turned = turn((self.subject, self.grid), self.tolerance, knob, variant, first);
-            if self.is_over(&knob.name) {
-                continue;
-            }
-            if turned.passes_on {
-                passed_on.push(&knob.name);
-            }
-            self.trials.extend(turned.trials);
-            self.findings.extend(turned.finding);
-        }
-        self.findings.extend(passing_on(&passed_on));
-    }
+    examined
 }
 
 /// The examination of the given setting alone: what [`examine`] finds there, without any sweep.
@@ -217,49 +105,93 @@ pub fn examine_given(
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    only_given(at_given(subject, grid, tolerance, sources), (subject, tolerance), shader)
+    let (mut examined, skipped) = at_given(subject, grid, tolerance, sources, shader);
+    examined.report.findings.extend(not_followed(skipped));
+    examined
 }
 
-fn only_given(
-    Baseline { first, given, found, not_enough }: Baseline,
-    (subject, tolerance): (&Subject<'_>, f64),
+/// The sweeps of an examination, and what they found so far. The first trial is that of the given setting.
+struct Sweeps<'a> {
+    subject: &'a Subject<'a>,
+    grid: &'a Grid,
+    examined: Examined,
+    /// The number of points that were not followed.
+    skipped: usize,
+}
+
+impl Sweeps<'_> {
+    /// Whether the time is over. What ran out of time is left out as a whole.
+    fn is_over(&mut self, what: &str) -> bool {
+        let is_over = self.subject.is_over();
+        if is_over {
+            self.examined.report.not_examined.push(what.to_string());
+        }
+        is_over
+    }
+
+    /// Sweeps one number: the value next to the right range at which points are wrong.
+    fn sweep(&mut self, (setting, name, decade): Knobs) -> Option<f64> {
+        if self.is_over(name) {
+            return None;
+        }
+        let report = &self.examined.report;
+        let first = report.trials.first()?;
+        let swept = sweep(self.subject, self.grid, report.tolerance, (setting, name), (decade, first));
+        if self.is_over(name) {
+            return None;
+        }
+        self.examined.report.trials.extend(swept.trials);
+        self.examined.report.findings.push(swept.finding);
+        swept.wrong
+    }
+
+    /// Sweeps a change of the coordinates, and blames lines just beyond the right range, where errors still
+    /// have single causes.
+    fn coordinates(&mut self, knobs: Knobs, sources: &SourceMap) {
+        let (setting, name, _) = knobs;
+        let Some(by) = self.sweep(knobs) else { return };
+        self.examined.beyond.push(setting(by));
+        let (base, tolerance) = (&self.subject.base, self.examined.report.tolerance);
+        let (_, planes) = measure(self.subject, base, self.grid, setting(by), tolerance);
+        let found = culprits(self.subject, self.grid, &setting(by), &planes, sources, true);
+        self.skipped += found.skipped;
+        self.examined.report.beyond.extend(found.blamed.into_iter().chain(found.noticed));
+        if name == OFFSET.1 {
+            self.examined.far = Some((by, planes));
+        }
+    }
+
+    /// Tries the values of all parameters.
+    fn parameters(&mut self, knobs: &[Knob], variant: &dyn Fn(&str, &str) -> Option<Base>) {
+        let mut passed_on: Vec<&str> = Vec::new();
+        for knob in knobs {
+            if self.is_over(&knob.name) {
+                continue;
+            }
+            let report = &self.examined.report;
+            let Some(first) = report.trials.first() else { return };
+            let turned = turn((self.subject, self.grid), report.tolerance, knob, variant, first);
+            if self.is_over(&knob.name) {
+                continue;
+            }
+            if turned.passes_on {
+                passed_on.push(&knob.name);
+            }
+            self.examined.report.trials.extend(turned.trials);
+            self.examined.report.findings.extend(turned.finding);
+        }
+        self.examined.report.findings.extend(passing_on(&passed_on));
+    }
+}
+
+/// What is found at the given setting, and the number of points that were not followed.
+fn at_given(
+    subject: &Subject<'_>,
+    grid: &Grid,
+    tolerance: f64,
+    sources: &SourceMap,
     shader: &str,
-) -> Examined {
-    let findings = [as_given(&first)].into_iter().chain(unknown(not_enough.as_ref()));
-    let findings = findings.chain(not_followed(found.skipped)).collect();
-    let report = Report {
-        shader: shader.to_string(),
-        tolerance,
-        trials: vec![first],
-        findings,
-        culprits: found.blamed,
-        noticed: found.noticed,
-        beyond: Vec::new(),
-        not_enough,
-        not_examined: Vec::new(),
-        left_out: subject.base.left_out.clone(),
-        repair: None,
-    };
-    Examined { report, given, far: None, beyond: Vec::new() }
-}
-
-/// Says that no other setting is tried, if a point takes too long for that as given.
-fn too_long(subject: &Subject<'_>, grid: &Grid) -> Option<Finding> {
-    let stop = subject.run(&subject.base, &Setting::AsGiven.points(grid), true).err();
-    let stop = stop.filter(|stop| matches!(stop, RunError::TooManySteps { .. }))?;
-    let text = format!("no other setting was tried, since {stop} (--limit running.tried_steps)");
-    Some(Finding { sweep: "not tried".to_string(), from: None, limit: None, text })
-}
-
-/// The outcome, the values and the lines at the given setting.
-struct Baseline {
-    first: Trial,
-    given: Planes,
-    found: BlamedLines,
-    not_enough: Option<NotEnough>,
-}
-
-fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &SourceMap) -> Baseline {
+) -> (Examined, usize) {
     let (first, given) = measure(subject, &subject.base, grid, Setting::AsGiven, tolerance);
     let blames = largest_error(&first) >= NOTABLE;
     let mut found = culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
@@ -270,13 +202,34 @@ fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &Source
         found.blamed = found.noticed.extract_if(.., is_event).collect();
     }
     let not_enough = not_enough(subject, grid, &given, sources);
-    Baseline { first, given, found, not_enough }
+    let report = Report {
+        shader: shader.to_string(),
+        tolerance,
+        findings: [as_given(&first)].into_iter().chain(unknown(not_enough.as_ref())).collect(),
+        trials: vec![first],
+        culprits: found.blamed,
+        noticed: found.noticed,
+        beyond: Vec::new(),
+        not_enough,
+        not_examined: Vec::new(),
+        left_out: subject.base.left_out.clone(),
+        repair: None,
+    };
+    (Examined { report, given, far: None, beyond: Vec::new() }, found.skipped)
+}
+
+/// Says that no other setting is tried, if a point takes too long for that as given.
+fn too_long(subject: &Subject<'_>, grid: &Grid) -> Option<Finding> {
+    let stop = subject.run(&subject.base, &Setting::AsGiven.points(grid), true).err();
+    let stop = stop.filter(|stop| matches!(stop, RunError::TooManySteps { .. }))?;
+    let text = format!("no other setting was tried, since {stop} (--limit running.tried_steps)");
+    Some(Finding::said("not tried", text))
 }
 
 /// The sentence about a truth that is none.
 fn unknown(not_enough: Option<&NotEnough>) -> Option<Finding> {
     let text = not_enough?.text();
-    Some(Finding { sweep: "double precision".to_string(), from: None, limit: None, text })
+    Some(Finding::said("double precision", text))
 }
 
 /// The sentence about points that were not followed.
@@ -284,7 +237,7 @@ fn not_followed(points: usize) -> Option<Finding> {
     let text = format!(
         "{points} points were not followed to their lines, since that takes too long (--limit running.traces)"
     );
-    (points > 0).then_some(Finding { sweep: "not followed".to_string(), from: None, limit: None, text })
+    (points > 0).then_some(Finding::said("not followed", text))
 }
 
 /// The largest error of a trial among its outputs, as a share of their ranges.
@@ -299,9 +252,9 @@ fn resolution(grid: &Grid) -> Finding {
     let limit = f64::from(steps[0].min(steps[1])) / f64::from(f32::EPSILON);
     let text = format!(
         "from an offset of {} on, neighbouring points are the same in single precision, before the shader begins",
-        crate::explain::short(limit, 2)
+        short(limit, 2)
     );
-    Finding { sweep: "coordinates".to_string(), from: None, limit: Some(limit), text }
+    Finding { limit: Some(limit), ..Finding::said("coordinates", text) }
 }
 
 fn as_given(trial: &Trial) -> Finding {
@@ -310,7 +263,7 @@ fn as_given(trial: &Trial) -> Finding {
         None => {
             let mut text = format!(
                 "as given, the largest error is {} of the range, and {} of the points are wrong",
-                crate::explain::short(largest_error(trial), 2),
+                short(largest_error(trial), 2),
                 percent(trial.wrong())
             );
             if trial.not_finite() > 0.0 {
@@ -319,16 +272,13 @@ fn as_given(trial: &Trial) -> Finding {
             text
         }
     };
-    Finding { sweep: "as given".to_string(), from: None, limit: None, text }
+    Finding::said("as given", text)
 }
 
 /// The sentence about parameters whose NaN or infinity reaches an output.
 fn passing_on(names: &[&str]) -> Option<Finding> {
-    let (last, first) = names.split_last()?;
-    let names =
-        if first.is_empty() { (*last).to_string() } else { format!("{} or {last}", first.join(", ")) };
-    let text = format!("NaN or infinity as the value of {names} reaches an output");
-    Some(Finding { sweep: "not finite".to_string(), from: None, limit: None, text })
+    let text = format!("NaN or infinity as the value of {} reaches an output", listed(names, "or"));
+    (!names.is_empty()).then(|| Finding::said("not finite", text))
 }
 
 /// What the values of a parameter add to the given setting.
@@ -385,8 +335,7 @@ fn turn(
         turned.trials.push(trial);
     }
     let text = format!("{}: {}", knob.name, bad.join("; "));
-    let finding = Finding { sweep: knob.name.clone(), from: None, limit: None, text };
-    turned.finding = (!bad.is_empty()).then_some(finding);
+    turned.finding = (!bad.is_empty()).then(|| Finding::said(&knob.name, text));
     turned
 }
 

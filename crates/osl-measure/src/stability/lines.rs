@@ -12,6 +12,7 @@ use super::subject::{Planes, Subject, Swept};
 use super::sweep::{NOTABLE, errors, percent, range};
 use super::trial::Setting;
 use super::wording::{Charge, Found, charge, does};
+use crate::quote::line_at;
 use crate::sanitize::{Kind, events_at};
 use crate::trace::Trace;
 use osl_ir::Span;
@@ -52,7 +53,7 @@ pub fn culprits(
     let points = setting.points(grid);
     let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
-    let line_of = |span: Span| line_key(span, sources);
+    let line_of = |span: Span| line_at(span, sources);
     let mut sums = Sums::new(subject.limits.running.traces / 2);
     let mut events: [Events; 2] = Default::default();
     let (mut followed, mut skipped, mut instructions) = ([0_u32, 0], 0, 0);
@@ -127,7 +128,7 @@ fn blamed(found: &Found, points: f64, sources: &SourceMap) -> Lines {
         let is_most = blame.score() >= most;
         blamed.put(charge, sources);
         if is_most {
-            blamed.most = line_key(place.span, sources);
+            blamed.most = line_at(place.span, sources);
         }
         if blame.reduced >= 0.5 * blame.amplified
             && let (Some(at), Some(forms)) = (sources.place(place.span), found.pairs.forms(place, sources))
@@ -239,12 +240,6 @@ impl Sums {
     }
 }
 
-/// The line of a place in the sources.
-pub(super) fn line_key(span: Span, sources: &SourceMap) -> Option<LineKey> {
-    let (file, at) = (sources.file_at(span.start)?, sources.place(span)?);
-    (span != Span::default()).then_some((file.base, at.line))
-}
-
 /// A file and a line.
 type Line = (String, u32);
 
@@ -262,7 +257,7 @@ struct Lines {
 
 impl Lines {
     fn put(&mut self, charge: Charge, sources: &SourceMap) {
-        if let Some(line) = line_key(charge.place.span, sources) {
+        if let Some(line) = line_at(charge.place.span, sources) {
             self.charges.entry(line).or_default().push(charge);
         }
     }

@@ -5,15 +5,15 @@
 //! not known either where the runs agree in the end, but an operand on the way had no right digit: a
 //! recurrence may then have left its path and reached another limit.
 
-use super::lines::{WORST, line_key, output_ranges, spread, worst};
+use super::lines::{WORST, output_ranges, spread, worst};
 use super::sensitivity::LineKey;
 use super::subject::{Planes, Subject};
 use super::sweep::NOTABLE;
 use super::trial::Setting;
-use crate::explain::short;
-use crate::quote::Quote;
-use crate::sanitize::{RUNS, alike, needed, numbers};
+use crate::quote::{Quote, line_at};
+use crate::sanitize::{RUNS, alike, needed, numbers, output};
 use crate::trace::{NodeId, Trace, What};
+use crate::words::short;
 use osl_ir::Span;
 use osl_ir::ir::LaneOp;
 use osl_scene::Grid;
@@ -111,15 +111,8 @@ pub(super) fn not_enough(
 
 /// The largest difference of the outputs, as a share of their ranges.
 fn output_error(traces: &[Trace; RUNS], ranges: &[f64]) -> f64 {
-    let mut largest = 0.0_f64;
-    for (output, range) in ranges.iter().enumerate() {
-        let values = traces.each_ref().map(|trace| {
-            let ids = trace.outputs.get(output).map(|(_, _, ids)| &ids[..]).unwrap_or_default();
-            ids.iter().flat_map(|id| numbers(trace.nodes.get(*id as usize))).collect::<Vec<f64>>()
-        });
-        largest = largest.max(distance(&values).min(*range) / range);
-    }
-    largest
+    let share = |(at, range): (usize, &f64)| distance(&output(traces, at)).min(*range) / range;
+    ranges.iter().enumerate().map(share).fold(0.0, f64::max)
 }
 
 /// The largest distance of one number in the runs; infinite if it is finite in some of them.
@@ -161,7 +154,7 @@ fn losses(traces: &[Trace; RUNS], sources: &SourceMap) -> (bool, Lost) {
         }
         let given = node.args.iter().map(of).fold(ROUNDING, f64::max);
         if own > given
-            && let Some(line) = line_key(node.span, sources)
+            && let Some(line) = line_at(node.span, sources)
         {
             let digits = pxfm::f_log10(own / given);
             let entry = lost.entry(line).or_insert((0.0, (0.0, node.span)));

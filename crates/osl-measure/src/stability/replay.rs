@@ -4,8 +4,8 @@
 //! An estimate along the flow of the error cannot tell what a rounding does: one that both operands of a
 //! difference share cancels there.
 
-use super::overflow::{broken, rounded_number};
 use super::rerun::{again, computes, differences, is_same};
+use super::rerun::{broken, rounded_number};
 use crate::trace::{Exact, NodeId, Trace, What};
 
 /// The trace of a point, with the values that an experiment changes.

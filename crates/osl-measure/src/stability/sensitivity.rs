@@ -29,8 +29,7 @@ pub(super) struct Roundings {
     pub(super) lines: BTreeMap<LineKey, f64>,
 }
 
-/// The place of a line: where its file begins, and its number.
-pub(super) type LineKey = (u32, u32);
+pub(super) use crate::quote::At as LineKey;
 
 /// The line of an instruction.
 pub(super) type LineOf<'a> = dyn Fn(Span) -> Option<LineKey> + 'a;

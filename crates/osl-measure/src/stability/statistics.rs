@@ -1,6 +1,6 @@
 //! Error statistics per instruction of the source, summed over the followed points.
 
-use super::overflow::Broken;
+use super::rerun::Broken;
 use osl_ir::Span;
 
 /// Weight of rounding error relative to amplified error. It is small, so rounding decides only if nothing is

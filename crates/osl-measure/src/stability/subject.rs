@@ -1,7 +1,7 @@
 //! The examined shader with its points; it can be run in both arithmetics at other settings.
 
-use crate::left_out;
-use crate::trace::{self, OnePoint, Trace};
+use crate::trace::{self, Alone, OnePoint, Trace};
+use crate::words;
 use osl::stages;
 use osl_exec::{Arithmetic, Datum, PointSource, RunError, RunOptions, Services};
 use osl_ir::global::Global;
@@ -64,7 +64,7 @@ impl Base {
     pub fn new(plain: Body, mut noted: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Base {
         let (programs, differentiates) = Programs::new(plain, outputs.as_deref(), limits);
         let asked = outputs.clone();
-        let left_out = if asked.is_none() { left_out::left_out(&noted) } else { Vec::new() };
+        let left_out = if asked.is_none() { words::left_out(&noted) } else { Vec::new() };
         let mut outputs = outputs;
         passes::closures_as_numbers(&mut noted, outputs.as_mut());
         let options = options(outputs.as_deref(), limits);
@@ -222,7 +222,7 @@ impl<'a> Subject<'a> {
     pub(super) fn follow_doubled(&self, points: &Swept, (x, y): (usize, usize), run: u32) -> Option<Trace> {
         let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
         let source = OnePoint { source: points, point };
-        Some(trace::follow_doubled(&self.base.noted, self.services, source, self.limits, run))
+        Some(trace::follow_alone(&self.base.noted, self.services, source, self.limits, Alone::Double(run)))
     }
 }
 

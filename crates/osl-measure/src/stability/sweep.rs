@@ -1,10 +1,11 @@
 //! Sweeps over extreme settings, and what is found at them.
 
+use super::rerun::difference;
 use super::safe_range::{Reach, reach};
 use super::subject::{Base, Planes, Subject};
 use super::trial::{Outcome, Setting, Trial};
-pub(super) use crate::explain::percent;
-use crate::explain::short;
+pub(super) use crate::words::percent;
+use crate::words::short;
 use osl_exec::RunError;
 use osl_limits::Halt;
 use osl_scene::Grid;
@@ -21,6 +22,13 @@ pub struct Finding {
     pub limit: Option<f64>,
     /// The finding in words.
     pub text: String,
+}
+
+impl Finding {
+    /// A sentence without limits.
+    pub(super) fn said(sweep: &str, text: String) -> Finding {
+        Finding { sweep: sweep.to_string(), from: None, limit: None, text }
+    }
 }
 
 /// Smallest error at the given setting for which lines are blamed, as a share of the range: about a thousand
@@ -76,13 +84,16 @@ pub(super) fn range(exact: &[f64]) -> f64 {
 /// The error of each point as a share of the range; 1 if only one of the two values is a number.
 pub(super) fn errors(planes: &Planes, plane: usize) -> Vec<f64> {
     let (strict, exact) = (&planes.strict[plane], &planes.exact[plane]);
-    let range = range(exact);
-    let error = |(s, e): (&f64, &f64)| match (s == e || (s.is_nan() && e.is_nan()), (s - e).is_finite()) {
-        (true, _) => 0.0,
-        (false, true) => (s - e).abs() / range,
-        (false, false) => 1.0,
+    errors_in(strict, exact, range(exact))
+}
+
+/// The same of values in a given range.
+pub(super) fn errors_in(values: &[f64], truth: &[f64], range: f64) -> Vec<f64> {
+    let error = |(value, truth): (&f64, &f64)| match difference(*value, *truth).abs() {
+        error if error.is_finite() => error / range,
+        _ => 1.0,
     };
-    strict.iter().zip(exact).map(error).collect()
+    values.iter().zip(truth).map(error).collect()
 }
 
 fn outcomes(planes: &Planes, tolerance: f64) -> Vec<Outcome> {
@@ -136,7 +147,7 @@ pub(super) fn sweep(
     let number = |decade: i32| pxfm::f_exp10(f64::from(decade));
     let at = |by: f64| measure(subject, &subject.base, grid, setting(by), tolerance).0;
     let trials: Vec<Trial> = DECADES.map(|decade| at(number(decade))).collect();
-    let mut finding = Finding { sweep: name.to_string(), from: None, limit: None, text: String::new() };
+    let mut finding = Finding::said(name, String::new());
     let [least, most] = [DECADES.start(), DECADES.end()].map(|decade| short(number(*decade), 2));
     if !first.is_right() {
         finding.text = match trials.iter().filter(|trial| trial.is_right()).count() {

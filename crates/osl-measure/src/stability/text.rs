@@ -2,9 +2,9 @@
 
 use super::lines::WORST;
 use super::{Culprit, List, Report, Setting};
-use crate::explain::short;
-use crate::left_out::said;
 use crate::quote::Quote;
+use crate::words::said;
+use crate::words::short;
 use std::fmt::Write;
 
 /// Lines shown by default.

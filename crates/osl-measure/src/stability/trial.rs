@@ -1,7 +1,7 @@
 //! Settings of a shader, and the outcome of a run at each.
 
 use super::subject::Swept;
-use crate::explain::short;
+use crate::words::short;
 use osl_scene::Grid;
 use serde::Serialize;
 

@@ -1,14 +1,14 @@
 //! Wording of a finding: why a line is blamed, as a sentence with its factor, its partner line and its error.
 
-use super::overflow::Broken;
 use super::pairs::{self, Pairs, Partner, Side};
+use super::rerun::Broken;
 use super::sensitivity::LineKey;
 use super::statistics::{Blame, INEXACT, InstSite, ROUNDING};
 use super::sweep::percent;
 use super::trial::Setting;
-use crate::explain::short;
 use crate::quote::Quote;
 use crate::sanitize::Kind;
+use crate::words::short;
 use osl_ir::Span;
 use osl_syntax::source::SourceMap;
 use serde::Serialize;
@@ -274,16 +274,5 @@ fn leaves(broken: Broken) -> &'static str {
 
 /// What an instruction does at a numeric event; `None` for events of precision, for which lines are blamed.
 pub(super) fn does(kind: Kind) -> Option<&'static str> {
-    match kind {
-        Kind::ZeroDivision => Some("divides by zero"),
-        Kind::Domain => Some("is given what it is not defined for"),
-        Kind::IntOverflow => Some("overflows an int"),
-        Kind::IntConversion => Some("makes an int of a float that does not fit"),
-        Kind::Edges => Some("has edges out of order"),
-        Kind::Index => Some("is an index out of range"),
-        Kind::Nan => Some("makes a NaN"),
-        Kind::Infinity => Some("makes a number that is too large for a float"),
-        Kind::Denormal => Some("makes a number that is too small for all of its digits"),
-        Kind::Cancellation => None,
-    }
+    (kind != Kind::Cancellation).then(|| kind.verb())
 }

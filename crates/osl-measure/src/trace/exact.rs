@@ -142,25 +142,10 @@ macro_rules! lane {
 }
 
 macro_rules! row {
-    ($args:ident, $path:path, ($a:ident) -> $o:ident) => {{
-        let [a] = $args else { return None };
-        let f: fn(lane!($a)) -> lane!($o) = $path;
-        Some(f(LaneType::of(a)?).put())
-    }};
-    ($args:ident, $path:path, ($a:ident, $b:ident) -> $o:ident) => {{
-        let [a, b] = $args else { return None };
-        let f: fn(lane!($a), lane!($b)) -> lane!($o) = $path;
-        Some(f(LaneType::of(a)?, LaneType::of(b)?).put())
-    }};
-    ($args:ident, $path:path, ($a:ident, $b:ident, $c:ident) -> $o:ident) => {{
-        let [a, b, c] = $args else { return None };
-        let f: fn(lane!($a), lane!($b), lane!($c)) -> lane!($o) = $path;
-        Some(f(LaneType::of(a)?, LaneType::of(b)?, LaneType::of(c)?).put())
-    }};
-    ($args:ident, $path:path, ($a:ident, $b:ident, $c:ident, $d:ident) -> $o:ident) => {{
-        let [a, b, c, d] = $args else { return None };
-        let f: fn(lane!($a), lane!($b), lane!($c), lane!($d)) -> lane!($o) = $path;
-        Some(f(LaneType::of(a)?, LaneType::of(b)?, LaneType::of(c)?, LaneType::of(d)?).put())
+    ($args:ident, $path:path, ($($arg:ident),*) -> $o:ident) => {{
+        let mut args = $args.iter();
+        let result: lane!($o) = $path($(<lane!($arg) as LaneType>::of(args.next()?)?),*);
+        Some(result.put())
     }};
 }
 

@@ -40,27 +40,29 @@ pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Li
     followed(body, services, point, limits, (Way::Both, None))
 }
 
-/// The same in single precision alone, where each result is rounded up or down by chance. Each `run` has
+/// An arithmetic that is followed alone, where each result is rounded up or down by chance. Each run has
 /// choices of its own.
-pub fn follow_rounded(
-    body: &Body,
-    services: &Services,
-    point: OnePoint<'_>,
-    limits: &Limits,
-    run: u32,
-) -> Trace {
-    followed(body, services, point, limits, (Way::Strict, Some(Random::new(run, point.point))))
+#[derive(Clone, Copy, Debug)]
+pub enum Alone {
+    /// Single precision, in this run.
+    Single(u32),
+    /// Double precision, in this run.
+    Double(u32),
 }
 
-/// The same in double precision alone.
-pub fn follow_doubled(
+/// The same in one arithmetic.
+pub fn follow_alone(
     body: &Body,
     services: &Services,
     point: OnePoint<'_>,
     limits: &Limits,
-    run: u32,
+    alone: Alone,
 ) -> Trace {
-    followed(body, services, point, limits, (Way::Exact, Some(Random::new(run, point.point))))
+    let (way, run) = match alone {
+        Alone::Single(run) => (Way::Strict, run),
+        Alone::Double(run) => (Way::Exact, run),
+    };
+    followed(body, services, point, limits, (way, Some(Random::new(run, point.point))))
 }
 
 fn followed(
@@ -110,6 +112,14 @@ struct Follower<'a> {
     reporting: FxHashSet<NodeId>,
     /// How results are rounded, if not to the nearest.
     random: Option<Random>,
+}
+
+/// The arguments of a call.
+struct Given {
+    strict: Vec<Const>,
+    exact: Vec<Exact>,
+    /// The nodes of those that are closures.
+    nodes: Vec<Option<NodeId>>,
 }
 
 /// Cost, in nodes, of running the interpreter for one call: about the time of that many nodes.
@@ -326,59 +336,29 @@ impl Follower<'_> {
             self.set(inst.results.first(), node);
             return Ok(());
         }
-        let strict_args: Vec<Const> =
-            nodes.iter().zip(args).map(|(n, a)| self.strict(*n, body.kind(*a))).collect();
-        let exact_args: Vec<Exact> =
-            nodes.iter().zip(args).map(|(n, a)| self.exact(*n, body.kind(*a))).collect();
+        let given = Given {
+            strict: nodes.iter().zip(args).map(|(n, a)| self.strict(*n, body.kind(*a))).collect(),
+            exact: nodes.iter().zip(args).map(|(n, a)| self.exact(*n, body.kind(*a))).collect(),
+            nodes: nodes
+                .iter()
+                .zip(args)
+                .map(|(n, a)| (body.kind(*a) == Kind::Closure).then_some(*n))
+                .collect(),
+        };
         let mut reports = false;
-        let (strict, exact) = match NoiseCall::of(kernel, &strict_args) {
+        let (strict, exact) = match NoiseCall::of(kernel, &given.strict) {
             Some(call) => (
-                way.strict().then(|| self.noise(&call, &strict_args, &kinds)),
+                way.strict().then(|| self.noise(&call, &given.strict, &kinds)),
                 way.exact().then(|| {
-                    let results = call.exact(&exact_args, &kinds);
+                    let results = call.exact(&given.exact, &kinds);
                     let Some(random) = self.random else { return results };
-                    results.into_iter().map(|result| random.double(result, &exact_args)).collect()
+                    results.into_iter().map(|result| random.double(result, &given.exact)).collect()
                 }),
             ),
             None => {
-                let length =
-                    |slot: Option<SlotId>| slot.and_then(|slot| body.slot(slot).len).unwrap_or(0) as usize;
-                let elements = length(kernel.reads()).saturating_add(length(kernel.writes()));
-                self.spend(elements.saturating_mul(ELEMENT).saturating_add(KERNEL))?;
-                self.spend_text(&strict_args)?;
-                let arrays = [0, 1].map(|half| self.array_of(kernel, half));
-                let closures: Vec<Option<NodeId>> = nodes
-                    .iter()
-                    .zip(args)
-                    .map(|(node, arg)| (body.kind(*arg) == Kind::Closure).then_some(*node))
-                    .collect();
-                let closures = Closures { nodes: &self.nodes, args: &closures };
-                let strict = way
-                    .strict()
-                    .then(|| self.kernels.run(kernel, (&strict_args, closures), &kinds, &arrays[0], body));
+                let results = self.interpreted(kernel, &given, &kinds, (inst.span, way))?;
                 reports = self.kernels.reported.take();
-                let rounded: Vec<Const> = exact_args.iter().map(Exact::round).collect();
-                let exact = way.exact().then(|| match &strict {
-                    // Both arithmetics have the same arguments, so the call runs once.
-                    Some(done) if rounded == strict_args && arrays[0] == arrays[1] => done.clone(),
-                    _ => self.kernels.run(kernel, (&rounded, closures), &kinds, &arrays[1], body),
-                });
-                if self.kernels.stopped.get() {
-                    return Err(Full);
-                }
-                for (half, result) in [&strict, &exact].into_iter().enumerate() {
-                    if let (Some(slot), Some((_, elements))) = (kernel.writes(), result) {
-                        self.refill(slot, half, (&arrays[half], elements), inst.span)?;
-                    }
-                }
-                for (values, _) in [&strict, &exact].into_iter().flatten() {
-                    self.spend_text(values)?;
-                }
-                let widen = |(values, _): (Vec<Const>, _)| {
-                    let exact = self.kernels.exact_matrix(kernel, &rounded);
-                    exact.unwrap_or_else(|| values.iter().map(Exact::widen).collect())
-                };
-                (strict.map(|(values, _)| values), exact.map(widen))
+                results
             }
         };
         for (index, result) in inst.results.iter().enumerate() {
@@ -392,6 +372,51 @@ impl Follower<'_> {
             self.set(Some(result), node);
         }
         Ok(())
+    }
+
+    /// The results of a call that runs in the interpreter, in each arithmetic.
+    fn interpreted(
+        &mut self,
+        kernel: &Kernel,
+        given: &Given,
+        kinds: &[Kind],
+        (span, way): (Span, Way),
+    ) -> Result<(Option<Vec<Const>>, Option<Vec<Exact>>), Full> {
+        let body = self.body;
+        let length = |slot: Option<SlotId>| slot.and_then(|slot| body.slot(slot).len).unwrap_or(0) as usize;
+        let elements = length(kernel.reads()).saturating_add(length(kernel.writes()));
+        self.spend(elements.saturating_mul(ELEMENT).saturating_add(KERNEL))?;
+        self.spend_text(&given.strict)?;
+        let arrays = [0, 1].map(|half| self.array_of(kernel, half));
+        let closures = Closures { nodes: &self.nodes, args: &given.nodes };
+        let run =
+            |args: &[Const], array: &[Const]| self.kernels.run(kernel, (args, closures), kinds, array, body);
+        let strict = way.strict().then(|| run(&given.strict, &arrays[0]));
+        // What the strict run reports counts.
+        let reported = self.kernels.reported.take();
+        let rounded: Vec<Const> = given.exact.iter().map(Exact::round).collect();
+        let exact = way.exact().then(|| match &strict {
+            // Both arithmetics have the same arguments, so the call runs once.
+            Some(done) if rounded == given.strict && arrays[0] == arrays[1] => done.clone(),
+            _ => run(&rounded, &arrays[1]),
+        });
+        self.kernels.reported.set(reported);
+        if self.kernels.stopped.get() {
+            return Err(Full);
+        }
+        for (half, result) in [&strict, &exact].into_iter().enumerate() {
+            if let (Some(slot), Some((_, elements))) = (kernel.writes(), result) {
+                self.refill(slot, half, (&arrays[half], elements), span)?;
+            }
+        }
+        for (values, _) in [&strict, &exact].into_iter().flatten() {
+            self.spend_text(values)?;
+        }
+        let widen = |(values, _): (Vec<Const>, _)| {
+            let exact = self.kernels.exact_matrix(kernel, &rounded);
+            exact.unwrap_or_else(|| values.iter().map(Exact::widen).collect())
+        };
+        Ok((strict.map(|(values, _)| values), exact.map(widen)))
     }
 
     /// The results of a noise in single precision.

@@ -223,49 +223,23 @@ impl<'a> Kernels<'a> {
         }
         let mut b = Builder::new("call".into());
         let mut kernel = kernel.clone();
-        if let Some(slot) = kernel.reads() {
-            let own = copy_slot(&mut b, body, slot);
-            for (index, value) in given.iter().enumerate() {
+        let (reads, writes) = (kernel.reads(), kernel.writes());
+        let mut own = |b: &mut Builder, slot: Option<SlotId>, is_filled: bool| {
+            let (slot, copy) = (slot?, copy_slot(b, body, slot?));
+            for (index, value) in given.iter().enumerate().filter(|_| is_filled) {
                 let (index, value) = (b.int(index as i32), b.constant(value.clone()));
-                b.store_element(own, index, value);
+                b.store_element(copy, index, value);
             }
-            redirect(&mut kernel, slot, own);
-        }
+            redirect(&mut kernel, slot, copy);
+            Some(copy)
+        };
+        own(&mut b, reads, true);
         // What the call does not write keeps its value.
-        let is_read = kernel.reads().is_some();
-        let written = kernel.writes().map(|slot| {
-            let own = copy_slot(&mut b, body, slot);
-            for (index, value) in given.iter().enumerate().filter(|_| !is_read) {
-                let (index, value) = (b.int(index as i32), b.constant(value.clone()));
-                b.store_element(own, index, value);
-            }
-            redirect(&mut kernel, slot, own);
-            own
-        });
+        let written = own(&mut b, writes, reads.is_none());
         let args: Vec<_> =
             args.iter().enumerate().map(|(at, value)| closures.argument(&mut b, at, value)).collect();
         let results = b.kernel_of(kernel, &args, kinds);
-        for (index, (value, kind)) in results.iter().zip(kinds).enumerate() {
-            if *kind == Kind::Str {
-                print(&mut b, *value);
-            }
-            let source = Source::Value(*value);
-            b.body.outputs.push(Output {
-                name: format!("r{index}").into(),
-                ty: type_of(*kind, None),
-                source,
-            });
-        }
-        if let Some(slot) = written.filter(|slot| b.body.slot(*slot).kind == Kind::Str) {
-            for index in 0..b.body.slot(slot).len.unwrap_or(0) {
-                let index = b.int(index as i32);
-                let element = b.load_element(slot, index);
-                print(&mut b, element);
-            }
-        } else if let Some(slot) = written {
-            let ty = type_of(b.body.slot(slot).kind, b.body.slot(slot).len);
-            b.body.outputs.push(Output { name: "array".into(), ty, source: Source::Slot(slot) });
-        }
+        outputs(&mut b, &results, kinds, written);
         let slot = written.map(|slot| b.body.slot(slot).clone());
         // No passes run: there are no scalar slots, everything is varying already, and derivatives were
         // written out earlier.
@@ -319,6 +293,29 @@ impl<'a> Kernels<'a> {
             self.large.set(self.large.get().checked_sub(1)?);
             run(u64::MAX)
         })
+    }
+}
+
+/// Makes the results of a call, and the array that it writes, outputs of its program. Strings are printed.
+fn outputs(b: &mut Builder, results: &[ValueId], kinds: &[Kind], written: Option<SlotId>) {
+    for (index, (value, kind)) in results.iter().zip(kinds).enumerate() {
+        if *kind == Kind::Str {
+            print(b, *value);
+        }
+        let (name, ty) = (format!("r{index}").into(), type_of(*kind, None));
+        b.body.outputs.push(Output { name, ty, source: Source::Value(*value) });
+    }
+    let Some(slot) = written else { return };
+    let (kind, len) = (b.body.slot(slot).kind, b.body.slot(slot).len);
+    if kind == Kind::Str {
+        for index in 0..len.unwrap_or(0) {
+            let index = b.int(index as i32);
+            let element = b.load_element(slot, index);
+            print(b, element);
+        }
+    } else {
+        let output = Output { name: "array".into(), ty: type_of(kind, len), source: Source::Slot(slot) };
+        b.body.outputs.push(output);
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::front::Measured;
 use super::{Output, Row, Setting, Trade};
+use crate::words::listed;
 
 /// The errors for which a sentence names the setting. **Units:** percent of the output's range.
 pub(super) const WANTED: [f32; 3] = [5.0, 2.0, 1.0];
@@ -40,9 +41,9 @@ pub(super) fn advice(trade: &Trade) -> String {
         for ((before, after), names) in shared(sentences) {
             let is_for_all = names.len() == trade.outputs.len();
             text += &match after {
-                Some(after) => format!("{before}{}{after}\n", listed(&names)),
+                Some(after) => format!("{before}{}{after}\n", listed(&names, "and")),
                 None if is_for_all => format!("{before}\n"),
-                None => format!("{before} ({})\n", listed(&names)),
+                None => format!("{before} ({})\n", listed(&names, "and")),
             };
         }
     }
@@ -59,14 +60,6 @@ pub(super) fn shared<'a, T: PartialEq>(list: impl Iterator<Item = (T, &'a str)>)
         }
     }
     out
-}
-
-/// Names in a sentence.
-pub(super) fn listed(names: &[&str]) -> String {
-    match names {
-        [rest @ .., last] if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
-        names => names.concat(),
-    }
 }
 
 /// What to take for each error.

@@ -10,7 +10,7 @@ mod front;
 mod html;
 mod report;
 
-pub use html::{Encode, html};
+pub use html::html;
 pub use report::{csv, text};
 
 use crate::sample::{

@@ -1,7 +1,8 @@
 //! A trade-off as text, and as comma-separated values.
 
-use super::advice::{HINT, advice, listed, shared, short};
-use super::{Output, Trade};
+use super::advice::{HINT, advice, shared, short};
+use super::{Error, Output, Row, Trade};
+use crate::words::listed;
 use std::fmt::Write;
 
 /// A table for each output, with a star at the rows of the front, and at the end what to take for an error.
@@ -15,7 +16,7 @@ pub fn text(trade: &Trade) -> String {
     let width = names.iter().map(String::len).max().unwrap_or(0).max(8);
     let tables = trade.outputs.iter().map(|output| (table(trade, output, (&names, width)), &*output.name));
     for (table, outputs) in shared(tables) {
-        let _ = write!(out, "\n{}{table}", listed(&outputs));
+        let _ = write!(out, "\n{}{table}", listed(&outputs, "and"));
     }
     let _ = writeln!(out, "\n{HINT}:");
     out.push_str(&advice(trade));
@@ -30,38 +31,38 @@ fn table(trade: &Trade, output: &Output, (names, width): (&[String], usize)) -> 
         short(output.range),
         output.oracle_error
     );
-    let _ = writeln!(
-        out,
-        "  {:<width$} {:>10} {:>7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "setting",
-        "ns/pixel",
-        "spread",
-        "speed-up",
-        "samples",
-        "rms",
-        "of range",
-        "99.9 %",
-        "of range",
-        "largest"
-    );
+    out += &line(' ', "setting", width, &TITLES.map(str::to_string));
     for (at, (row, name)) in trade.rows.iter().zip(names).enumerate() {
         let star = if output.front.contains(&at) { '*' } else { ' ' };
         let Some(error) = output.errors.get(at) else { continue };
-        let _ = writeln!(
-            out,
-            "{star} {name:<width$} {:>10.1} {:>6.0}% {:>8.2}x {:>9.3} {:>9.1e} {:>7.2} % {:>9.1e} {:>7.2} % {:>9.1e}",
-            row.ns_per_pixel,
-            100.0 * row.spread,
-            row.speed_up,
-            row.evaluations,
-            error.rms,
-            100.0 * error.rms / output.range,
-            error.nearly_all,
-            100.0 * error.nearly_all / output.range,
-            error.largest
-        );
+        out += &line(star, name, width, &cells(row, error, output.range));
     }
     out
+}
+
+fn line(star: char, name: &str, width: usize, [ns, spread, rest @ ..]: &[String; 9]) -> String {
+    let rest: String = rest.iter().map(|cell| format!(" {cell:>9}")).collect();
+    format!("{star} {name:<width$} {ns:>10} {spread:>7}{rest}\n")
+}
+
+/// The titles of a row's cells.
+pub(super) const TITLES: [&str; 9] =
+    ["ns/pixel", "spread", "speed-up", "samples", "rms", "of range", "99.9 %", "of range", "largest"];
+
+/// The numbers of a row, for an output with this range.
+pub(super) fn cells(row: &Row, error: &Error, range: f64) -> [String; 9] {
+    let share = |error: f64| format!("{:.2} %", 100.0 * error / range);
+    [
+        format!("{:.1}", row.ns_per_pixel),
+        format!("{:.0}%", 100.0 * row.spread),
+        format!("{:.2}x", row.speed_up),
+        format!("{:.3}", row.evaluations),
+        format!("{:.1e}", error.rms),
+        share(error.rms),
+        format!("{:.1e}", error.nearly_all),
+        share(error.nearly_all),
+        format!("{:.1e}", error.largest),
+    ]
 }
 
 /// A line for each output and row.

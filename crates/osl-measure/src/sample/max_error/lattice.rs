@@ -1,7 +1,6 @@
 //! Pixels on a lattice: computing them, interpolating between them, and accepting the interpolated pixels.
 
-use super::cell::{Spot, corners, interpolate};
-use super::curvature::Curvatures;
+use super::curvature::{Curvatures, Spot, corners, interpolate};
 use super::policy::COARSE;
 use super::{Work, above};
 use crate::sample::rate::{stretch, ticks};

@@ -14,8 +14,6 @@
 //! the largest estimated error at which a pixel needs no further samples. So the estimates need not be exact;
 //! they only have to sort the pixels.
 
-mod cell;
-mod cheaper;
 mod curvature;
 mod lattice;
 mod limits;
@@ -25,9 +23,9 @@ mod probe;
 mod samples;
 
 use super::adapt::power_below;
-use super::image::{Cheaper, Image, PixelSamples, Shading, not_finite};
+use super::error::Weights;
+use super::image::{Cheaper, Image, PixelSamples, Shading};
 use super::round::put;
-use super::weights::Weights;
 use osl_exec::{Frame, RunError};
 pub use policy::PROMISED;
 use policy::*;
@@ -272,15 +270,11 @@ impl<'a> Work<'_, 'a> {
     }
 
     fn image(&mut self) -> Image {
-        let mut image = Image { frame: std::mem::take(&mut self.said), ..Image::default() };
         let (known, mut samples) = (std::mem::take(&mut self.known), std::mem::take(&mut self.samples));
-        let values = std::mem::take(&mut self.values);
-        image.tally.evaluations = self.evaluations;
-        image.tally.pixels = known.len() as u64;
+        let (values, said) = (std::mem::take(&mut self.values), std::mem::take(&mut self.said));
+        let mut image = self.shading.image(values, said, (known.len(), self.evaluations));
         if samples.is_empty() {
-            let own = count(&known) as u64;
-            image.tally.note(1, own);
-            image.tally.note(0, image.tally.pixels - own);
+            image.tally.note_centres(count(&known) as u64);
             image.samples = PixelSamples::Centres(known);
         } else {
             samples.iter_mut().zip(&known).for_each(|(own, known)| *own = (*own).max(u32::from(*known)));
@@ -290,8 +284,6 @@ impl<'a> Work<'_, 'a> {
         image.tally.unfinished = self.unfinished;
         image.tally.above = self.above;
         image.tally.cheaper = self.chosen;
-        image.tally.not_finite = not_finite(&values);
-        image.frame.planes = self.shading.filled(values);
         image
     }
 }

@@ -8,8 +8,8 @@ use super::limits::{Rung, StoppingRule, fit};
 use super::policy::*;
 use super::probe::{Probes, distance};
 use crate::sample::adapt::Refiner;
+use crate::sample::error::weighted;
 use crate::sample::oracle::some_pixels;
-use crate::sample::weights::weighted;
 use osl_exec::RunError;
 use pxfm::{f_log2f, f_powf};
 

@@ -3,8 +3,8 @@
 use super::matching::{PatternMatch, find};
 use super::polynomial::{self, common_factor};
 use super::rules::{Rule, rules};
-use super::source::{Site, Source};
-use super::substitution::{Opening, is_name};
+use super::source::{Site, Source, words};
+use super::substitution::is_name;
 use super::term::{Head, Term, binds, word};
 use super::writing::{filled, show, tidied, with_factors, with_rest};
 use osl_ir::types::Type;
@@ -31,7 +31,28 @@ pub(super) struct Candidate {
     pub(super) text: String,
 }
 
-/// Variables that are opened one by one.
+impl Candidate {
+    /// The text with another one for a span, and further edits. It replaces the lines of these spans.
+    pub(super) fn new(
+        source: &Source<'_>,
+        (name, why): (&'static str, &'static str),
+        (span, new): (Span, String),
+        mut edits: Vec<Edit>,
+        spans: impl Iterator<Item = Span>,
+    ) -> Option<Candidate> {
+        let old = source.reader.text.get(span.start as usize..span.end as usize)?;
+        if *old == new {
+            return None;
+        }
+        edits.push(Edit { span, text: new.clone() });
+        edits.sort_by_key(|edit| edit.span.start);
+        let text = osl_syntax::repair::apply(source.reader.text, &edits)?;
+        let (line, lines) = (source.line(span)?, spans.filter_map(|span| source.line(span)).collect());
+        Some(Candidate { name, why, lines, line, old: old.to_string(), new, text })
+    }
+}
+
+/// Variables that are left when all others are opened.
 const VARIABLES: usize = 6;
 /// How deep variables are opened all together.
 pub(super) const DEPTH: usize = 3;
@@ -47,13 +68,12 @@ pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> 
         }
         let known = source.known(&term);
         let mut forms = vec![term.clone()];
-        forms.extend(known.iter().take(VARIABLES).map(|var| source.opened(&term, Opening::Only(*var), 1)));
         // What several values have in common may be a variable.
-        let first = source.opened(&term, Opening::All, 1);
+        let first = source.opened(&term, None, 1);
         let common = source.known(&first).into_iter().filter(|var| known.contains(var));
-        forms.extend(common.take(VARIABLES).map(|var| source.opened(&term, Opening::Except(var), DEPTH)));
+        forms.extend(common.take(VARIABLES).map(|var| source.opened(&term, Some(var), DEPTH)));
         if !known.is_empty() || source.calls(&term) {
-            forms.extend((1..=DEPTH).map(|depth| source.opened(&term, Opening::All, depth)));
+            forms.extend((1..=DEPTH).map(|depth| source.opened(&term, None, depth)));
         }
         let mut put = |candidate: Option<Candidate>| {
             let new = candidate.filter(|c| !out.iter().any(|other| other.text == c.text));
@@ -173,24 +193,16 @@ fn rewrite(
 fn made(
     source: &Source<'_>,
     site: &Site<'_>,
-    (name, why): (&'static str, &'static str),
+    said: (&'static str, &'static str),
     covers: &[Span],
     inserted: &[String],
     new: String,
 ) -> Option<Candidate> {
-    let text = source.reader.text;
-    let line = source.line(site.expr.span)?;
-    let mut lines: BTreeSet<u32> = covers.iter().filter_map(|span| source.line(*span)).collect();
-    lines.insert(line);
-    let old = text.get(site.expr.span.start as usize..site.expr.span.end as usize)?;
-    if *old == new {
-        return None;
-    }
-    let mut edits: Vec<Edit> = insertion(source, site.before, inserted).into_iter().collect();
-    edits.push(Edit { span: site.expr.span, text: new.clone() });
-    let text = osl_syntax::repair::apply(text, &edits)?;
-    let new = inserted.iter().map(|statement| format!("{statement} ")).collect::<String>() + &new;
-    Some(Candidate { name, why, lines, line, old: old.to_string(), new, text })
+    let edits: Vec<Edit> = insertion(source, site.before, inserted).into_iter().collect();
+    let spans = covers.iter().copied().chain([site.expr.span]);
+    let mut made = Candidate::new(source, said, (site.expr.span, new), edits, spans)?;
+    made.new = inserted.iter().map(|statement| format!("{statement} ")).collect::<String>() + &made.new;
+    Some(made)
 }
 
 /// The edit that puts statements before the one at a position.
@@ -323,8 +335,4 @@ fn type_of(term: &Term) -> Type {
         return Type::FLOAT;
     }
     term.parts.iter().map(type_of).find(|ty| ty.is_triple()).unwrap_or(Type::FLOAT)
-}
-
-fn words(text: &str) -> impl Iterator<Item = &str> {
-    text.split(|c: char| !c.is_alphanumeric() && c != '_')
 }

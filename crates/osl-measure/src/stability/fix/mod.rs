@@ -11,7 +11,6 @@ mod candidates;
 mod greedy;
 mod judge;
 mod matching;
-mod place;
 mod polynomial;
 mod reference;
 mod rules;
@@ -20,7 +19,6 @@ mod substitution;
 mod sums;
 pub(crate) mod term;
 pub mod text;
-mod unused;
 mod variants;
 mod writing;
 
@@ -91,7 +89,7 @@ pub struct Step {
 }
 
 /// What was found to repair the lines to blame.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Repair {
     /// The setting that it is for.
     pub setting: String,
@@ -201,19 +199,5 @@ pub fn check(
 }
 
 fn nothing(setting: &str) -> Repair {
-    Repair {
-        setting: setting.to_string(),
-        before: None,
-        steps: Vec::new(),
-        doubt: 0.0,
-        dear: None,
-        harmful: None,
-        refused: None,
-        nearly: None,
-        tried: 0,
-        not_tried: 0,
-        cut_short: false,
-        diff: String::new(),
-        text: None,
-    }
+    Repair { setting: setting.to_string(), ..Repair::default() }
 }

@@ -3,7 +3,7 @@
 //!
 //! The truth is the original source in double precision.
 
-use super::super::sweep::range;
+use super::super::sweep::{errors_in, range};
 use super::super::trial::SAFE;
 use serde::Serialize;
 
@@ -93,7 +93,7 @@ impl Reference {
     ) -> Reference {
         let component = |(values, truth): (&Vec<f64>, Vec<f64>)| {
             let range = range(&truth);
-            let errors = errors(values, &truth, range);
+            let errors = errors_in(values, &truth, range);
             let was_finite = values.iter().map(|x| x.is_finite()).collect();
             let (before, near) = (Errors::of(&errors), around(&errors, size.0, size.1));
             Component { truth, was_finite, range, before, near, least }
@@ -186,7 +186,7 @@ impl Reference {
 
 impl Component {
     fn errors(&self, values: &[f64]) -> Vec<f64> {
-        errors(values, &self.truth, self.range)
+        errors_in(values, &self.truth, self.range)
     }
 }
 
@@ -198,20 +198,6 @@ fn is_many(points: usize, all: usize) -> bool {
 /// The number of points that count as single ones.
 fn single(all: usize) -> usize {
     ((SAFE * all as f64) as usize).max(1)
-}
-
-/// The error of each point as a share of the range; 1 if only one of the two values is a number.
-fn errors(values: &[f64], truth: &[f64], range: f64) -> Vec<f64> {
-    let error = |(value, truth): (&f64, &f64)| {
-        if value == truth || (value.is_nan() && truth.is_nan()) {
-            0.0
-        } else if (value - truth).is_finite() {
-            (value - truth).abs() / range
-        } else {
-            1.0
-        }
-    };
-    values.iter().zip(truth).map(error).collect()
 }
 
 /// For each point of a grid the largest value near it.

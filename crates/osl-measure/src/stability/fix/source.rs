@@ -1,8 +1,7 @@
 //! Facts about the shader around a rewrite: the expressions with their statements, the definitions and writes
-//! of variables, and where a declaration can be inserted.
+//! of variables and of their parts, and where a declaration can be inserted.
 
-use super::place::Place;
-use super::term::Reader;
+use super::term::{Place, Reader};
 use osl_hir::hir::{
     Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, Var, VarId, VarKind,
 };
@@ -277,8 +276,7 @@ impl<'p> Source<'p> {
 
     /// A name that neither the shader nor these declarations use.
     pub(crate) fn unused_but(&self, base: &str, taken: &[&str]) -> String {
-        let words: std::collections::BTreeSet<&str> =
-            self.reader.text.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+        let words: std::collections::BTreeSet<&str> = words(self.reader.text).collect();
         let mut names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
         names
             .find(|name| !words.contains(name.as_str()) && !taken.contains(&name.as_str()))
@@ -310,6 +308,11 @@ impl<'p> Source<'p> {
         let at = span.start as usize;
         (at <= self.reader.text.len()).then(|| self.starts.partition_point(|start| *start <= at) as u32)
     }
+}
+
+/// The words of a text.
+pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_')
 }
 
 pub(super) fn holds(outer: Span, inner: Span) -> bool {

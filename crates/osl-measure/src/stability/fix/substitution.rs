@@ -1,8 +1,8 @@
 //! Substitution of definitions: variables, fields and elements that are set once, calls of functions that
 //! only return an expression, and components of triples are replaced by their values.
 
-use super::place::Place;
-use super::source::{Definition, Source, holds};
+use super::source::{Definition, Source, holds, words};
+use super::term::Place;
 use super::term::{COMPONENTS, Head, Term, product, sum};
 use osl_hir::hir::{Arg, Expr, ExprKind, Init, StmtKind, VarId};
 use osl_ir::types::Type;
@@ -10,24 +10,6 @@ use osl_syntax::span::Span;
 
 /// Maximum number of variables that are opened in one expression.
 const OPENED: usize = 48;
-
-/// Which variables are opened: replaced by their values.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Opening {
-    All,
-    Only(Place),
-    Except(Place),
-}
-
-impl Opening {
-    fn opens(self, var: Place) -> bool {
-        match self {
-            Opening::All => true,
-            Opening::Only(own) => own == var,
-            Opening::Except(own) => own != var,
-        }
-    }
-}
 
 impl<'p> Source<'p> {
     /// Whether a term calls functions of the source.
@@ -63,23 +45,23 @@ impl<'p> Source<'p> {
         self.lasts(value, at).then_some(value)
     }
 
-    /// The term with the values of some variables in their place, to this depth. Their texts remain the
-    /// names.
-    pub(super) fn opened(&self, term: &Term, vars: Opening, depth: usize) -> Term {
+    /// The term with the values of all variables except one in their place, to this depth. Their texts remain
+    /// the names.
+    pub(super) fn opened(&self, term: &Term, except: Option<Place>, depth: usize) -> Term {
         self.left.set(OPENED);
-        self.open(term, vars, depth)
+        self.open(term, except, depth)
     }
 
-    fn open(&self, term: &Term, vars: Opening, depth: usize) -> Term {
+    fn open(&self, term: &Term, except: Option<Place>, depth: usize) -> Term {
         if depth == 0 {
             return term.clone();
         }
         if let Some((var, at)) = term.var {
-            let chosen = vars.opens(var) && self.left.get() > 0;
+            let chosen = except != Some(var) && self.left.get() > 0;
             let value = self.definition(var, at).filter(|_| chosen).and_then(|value| self.reader.term(value));
             if let Some(value) = value {
                 self.left.set(self.left.get().saturating_sub(1));
-                let value = self.open(&value, vars, depth - 1);
+                let value = self.open(&value, except, depth - 1);
                 let covers = value.covers.iter().chain(&term.covers).copied().collect();
                 let ty = term.ty;
                 // The variable itself may be opened elsewhere, but not twice here.
@@ -87,16 +69,15 @@ impl<'p> Source<'p> {
             }
         }
         if let Some(call) = term.call
-            && !matches!(vars, Opening::Only(_))
             && self.left.get() > 0
             && let Some(value) = self.calls.get(&(call.start, call.end)).and_then(|call| self.inlined(call))
         {
             self.left.set(self.left.get().saturating_sub(1));
-            let value = self.open(&value, vars, depth - 1);
+            let value = self.open(&value, except, depth - 1);
             let covers = value.covers.iter().chain(&term.covers).copied().collect();
             return Term { text: value.text.clone(), covers, ty: term.ty, call: None, ..value };
         }
-        let parts: Vec<Term> = term.parts.iter().map(|part| self.open(part, vars, depth)).collect();
+        let parts: Vec<Term> = term.parts.iter().map(|part| self.open(part, except, depth)).collect();
         let again = |made: Term| Term {
             text: term.text.clone(),
             binds: term.binds,
@@ -161,7 +142,7 @@ impl<'p> Source<'p> {
         let reads = |text: &str| {
             let names = known.iter().filter_map(|(var, _)| self.program.vars.get(var.0 as usize));
             let mut names = names.map(|var| &*var.name);
-            names.any(|name| text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name))
+            names.any(|name| words(text).any(|word| word == name))
         };
         if !term.text.as_ref().is_none_or(|text| reads(text)) {
             return Some(term.clone());

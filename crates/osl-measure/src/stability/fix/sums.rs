@@ -5,7 +5,6 @@
 use super::candidates::{Candidate, DEPTH, insertion, placed};
 use super::matching::{PatternMatch, find};
 use super::source::{Site, Source};
-use super::substitution::Opening;
 use super::term::{Head, Term, binds, parse, product, word};
 use super::writing::{show, with_factors, with_rest};
 use osl_hir::hir::{Expr, ExprKind, Init, Lvalue, Stmt, StmtKind, VarId};
@@ -14,7 +13,6 @@ use osl_ir::types::Type;
 use osl_syntax::ast::BinaryOp;
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
-use std::collections::BTreeSet;
 
 /// A loop around a statement.
 #[derive(Clone, Copy)]
@@ -282,34 +280,21 @@ fn compensated(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
 fn replaced(
     source: &Source<'_>,
     adding: &Adding<'_>,
-    (name, why): (&'static str, &'static str),
+    said: (&'static str, &'static str),
     new: String,
     first: Option<Edit>,
 ) -> Option<Candidate> {
     let StmtKind::Expr(e) = &adding.stmt.kind else { return None };
-    let text = source.reader.text;
-    let old = text.get(e.span.start as usize..e.span.end as usize)?;
     // A block needs no semicolon.
     let mut span = e.span;
     if new.ends_with('}') {
-        let after = text.get(span.end as usize..)?;
+        let after = source.reader.text.get(span.end as usize..)?;
         let at = after
             .find(|c: char| !c.is_whitespace())
             .filter(|at| after.get(*at..).is_some_and(|t| t.starts_with(';')))?;
         span.end += at as u32 + 1;
     }
-    let line = source.line(e.span)?;
-    let edits: Vec<Edit> = first.into_iter().chain([Edit { span, text: new.clone() }]).collect();
-    let changed = osl_syntax::repair::apply(text, &edits)?;
-    Some(Candidate {
-        name,
-        why,
-        lines: BTreeSet::from([line]),
-        line,
-        old: old.to_string(),
-        new,
-        text: changed,
-    })
+    Candidate::new(source, said, (span, new), first.into_iter().collect(), std::iter::once(e.span))
 }
 
 /// The variance times the number of values, or the variance itself, with the sum of the squares `q`, the sum
@@ -333,7 +318,7 @@ fn variances(source: &Source<'_>) -> Vec<Candidate> {
             for site in source.sites() {
                 let is_real = site.expr.ty == Type::FLOAT || site.expr.ty.is_triple();
                 let Some(term) = source.reader.term(site.expr).filter(|_| is_real) else { continue };
-                let forms = (0..=DEPTH).map(|depth| source.opened(&term, Opening::All, depth));
+                let forms = (0..=DEPTH).map(|depth| source.opened(&term, None, depth));
                 let found = forms.flat_map(|form| matches(source, &sums, &form)).next();
                 out.extend(found.and_then(|(found, divides)| welford(source, &sums, &site, &found, divides)));
             }
@@ -412,19 +397,9 @@ fn welford(
     };
     let term = with_factors(with_rest(term, true, found), found);
     let new = placed(source, site, &term)?;
-    let text = source.reader.text;
-    let old = text.get(site.expr.span.start as usize..site.expr.span.end as usize)?;
-    let line = source.line(site.expr.span)?;
-    let mut lines: BTreeSet<u32> = found.covers.iter().filter_map(|span| source.line(*span)).collect();
-    lines.extend([Some(line), source.line(adding.span)].into_iter().flatten());
-    let mut edits = vec![
-        insertion(source, Some(before), &first)?,
-        Edit { span: adding.span, text: own.join(&between) },
-        Edit { span: site.expr.span, text: new.clone() },
-    ];
-    edits.sort_by_key(|edit| edit.span.start);
-    let changed = osl_syntax::repair::apply(text, &edits)?;
+    let edits =
+        vec![insertion(source, Some(before), &first)?, Edit { span: adding.span, text: own.join(&between) }];
     let why = "two large numbers nearly cancel; the squares of the differences from the mean so far do not";
-    let name = "squares of differences";
-    Some(Candidate { name, why, lines, line, old: old.to_string(), new, text: changed })
+    let spans = found.covers.iter().copied().chain([site.expr.span, adding.span]);
+    Candidate::new(source, ("squares of differences", why), (site.expr.span, new), edits, spans)
 }

@@ -1,7 +1,7 @@
 //! A repair as text: each rewrite with its errors and its cost, then the diff.
 
 use super::{Errors, Repair, Step};
-use crate::explain::short;
+use crate::words::short;
 use std::fmt::Write;
 
 /// The text of a repair: its rewrites with their figures, then the diff. Where nothing helps, it says so.

@@ -2,7 +2,7 @@
 //!
 //! It reads letters, not the grammar, so that any text has colors.
 
-use osl_measure::markup::escape;
+use osl_measure::page::escape;
 use std::fmt::Write;
 
 /// Words of the language, by the class of their color.

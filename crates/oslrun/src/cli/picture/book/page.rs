@@ -6,7 +6,7 @@ use super::highlight;
 use crate::cli::picture::figures::Figure;
 use crate::cli::picture::words;
 use crate::cli::source::info::{Metadatum, Shader};
-use osl_measure::markup::escape;
+use osl_measure::page::escape;
 use osl_measure::page::{END, start};
 use serde_json::Value;
 use std::collections::BTreeMap;
