@@ -42,6 +42,11 @@ impl Analysis {
         Analysis { checked, limits: limits.clone() }
     }
 
+    /// What was checked, for [`stages`].
+    pub fn checked(&self) -> &Checked {
+        &self.checked
+    }
+
     /// Whether the text has errors.
     pub fn has_errors(&self) -> bool {
         self.checked.program.is_none()

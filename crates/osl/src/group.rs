@@ -164,7 +164,7 @@ impl Group {
         if let Some(error) = failed {
             return Err(error);
         }
-        let CompileOptions { outputs, arithmetic, live, taps, traces } = options;
+        let CompileOptions { outputs, arithmetic, live, taps, traces, varying, affine } = options;
         let live = live.iter().map(|name| make_live(&mut group, name)).collect::<Result<Vec<Live>, String>>();
         let live = live.map_err(Error::new)?;
         let last = group.layers().last().ok_or_else(|| Error::new("the group has no layers"))?;
@@ -196,14 +196,20 @@ impl Group {
             // Closures are computed only if they are named, since they cost time.
             body.outputs.retain(|output| output.ty.base != Base::Closure || tapped.contains(&output.name));
         }
-        let options = passes::Options {
+        let mut options = passes::Options {
             outputs: named,
             arithmetic: *arithmetic,
             traces: *traces,
             limits: limits.clone(),
+            affine: affine.clone(),
             ..passes::Options::default()
         };
-        Ok(Program::new(stages::finish(body, &options).program, (live, *traces), sources, limits))
+        if let Some(varying) = varying.clone() {
+            [options.varying, options.derivs] = varying;
+        }
+        let has_closures = body.outputs.iter().any(|output| output.ty.base == Base::Closure);
+        let program = stages::finish(body, &options).program;
+        Ok(Program::new(program, (live, *traces), sources, limits, has_closures))
     }
 
     /// Performs a step, if no earlier one has failed.

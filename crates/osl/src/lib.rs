@@ -48,6 +48,7 @@
 //! | give points data of their own | [`Points::data`], or [`RendererServices::user_data`] |
 //! | give attributes of whole batches | [`RendererServices::attributes`] |
 //! | trace the rays of whole batches | [`RendererServices::trace_all`], [`RendererServices::messages`] |
+//! | take values while they are computed | [`Program::run_tiles`] |
 //! | choose outputs and arithmetic | [`CompileOptions`] with [`Group::compile_with`] |
 //! | change parameters without compiling again | [`CompileOptions::live`], [`Program::set`] |
 //! | choose threads, cancel, show progress | [`RunOptions`] with [`Program::run_with`] |
@@ -110,6 +111,7 @@ mod implied;
 pub mod lessons;
 mod levels;
 mod options;
+mod order;
 mod param;
 mod points;
 mod program;
@@ -137,7 +139,7 @@ pub use osl_limits::{Cancel, Halt, Limits};
 pub use osl_syntax::Version;
 pub use param::{Base, Length, Metadata, Param, Struct, Type};
 pub use points::Points;
-pub use program::{Message, Outputs, Program};
+pub use program::{Message, OutputColumn, Outputs, Program, Tile};
 pub use services::{Renderer, RendererServices};
 pub use shader::Shader;
 pub use symbols::{Symbol, SymbolKind, Symbols};

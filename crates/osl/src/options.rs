@@ -1,6 +1,8 @@
 //! The options of reading, compiling and running.
 
+use crate::{Points, Renderer};
 use osl_exec::{Arithmetic, Isa};
+use osl_ir::global::Global;
 use osl_limits::{Cancel, Limits};
 use osl_syntax::Version;
 use std::fmt;
@@ -78,9 +80,41 @@ pub struct CompileOptions {
     pub taps: Vec<String>,
     /// Whether the renderer traces rays: see [`CompileOptions::traces`].
     pub traces: bool,
+    /// The globals that vary, and those whose derivatives vary; all if not given.
+    pub(crate) varying: Option<[Vec<Global>; 2]>,
+    /// The spaces that are known to be affine.
+    pub(crate) affine: Vec<Arc<str>>,
 }
 
 impl CompileOptions {
+    /// Compiles for points like these: globals that they do not list, and derivatives that they do not list,
+    /// are the same at all points. The program is faster, and refuses to run at points that list more.
+    ///
+    /// ```
+    /// use osl::{CompileOptions, Group, Points, Shader};
+    ///
+    /// let shader = Shader::compile("a.osl", "shader a(output float o = 0) { o = u + P[2]; }")?;
+    /// let points = Points::new(2).u(vec![0.25, 0.5]);
+    /// let program = Group::new().layer("a", &shader).compile_with(&CompileOptions::default().points(&points))?;
+    /// assert_eq!(program.run(&points)?.floats("o"), Some(vec![0.25, 0.5]));
+    /// assert!(program.run(&points.p(vec![[0.0; 3]; 2])).is_err());
+    /// # Ok::<(), osl::Error>(())
+    /// ```
+    #[must_use]
+    pub fn points(mut self, points: &Points<'_>) -> CompileOptions {
+        self.varying = Some([points.varying.clone(), points.varying_derivs.clone()]);
+        self
+    }
+
+    /// Compiles for the spaces of a renderer. If its services [have no
+    /// spaces](crate::RendererServices::has_spaces), positions are transformed in less time, and the program
+    /// refuses to run with a renderer that has some.
+    #[must_use]
+    pub fn renderer(mut self, renderer: &Renderer) -> CompileOptions {
+        self.affine = renderer.services.spaces.affine();
+        self
+    }
+
     /// Options for some outputs.
     pub fn outputs(outputs: &[&str]) -> CompileOptions {
         let outputs = outputs.iter().map(ToString::to_string).collect();

@@ -1,5 +1,6 @@
 //! Shading points, listed by an embedder.
 
+use crate::order::Order;
 use crate::{Column, Error, RendererServices, Value};
 use osl_exec::{Answer, Datum, DatumColumn, PointSource, Ray, left_handed};
 use osl_ir::global::Global;
@@ -7,8 +8,15 @@ use osl_ir::ir::Axis;
 use osl_ir::types::Type;
 use std::borrow::Cow;
 
-/// The normal of points without one.
-const NORMAL: [f32; 3] = [0.0, 0.0, 1.0];
+/// The value of a global that is not set.
+fn default(global: Global) -> [f32; 3] {
+    match global {
+        Global::N | Global::Ng => [0.0, 0.0, 1.0],
+        Global::DPdu => [1.0, 0.0, 0.0],
+        Global::DPdv => [0.0, 1.0, 0.0],
+        _ => [0.0; 3],
+    }
+}
 
 /// Points to shade, in common space: for each global a column with one element for each point, lent or given.
 /// Globals that are not set are uniform: `P` and `I` are 0, `N` and `Ng` are (0, 0, 1), `dPdu` and `dPdv` are
@@ -25,8 +33,11 @@ pub struct Points<'a> {
     columns: Vec<OfGlobal<'a>>,
     derivs: Vec<Derivs<'a>>,
     data: Vec<Data<'a>>,
-    varying: Vec<Global>,
-    varying_derivs: Vec<Global>,
+    same_data: Vec<(String, Value)>,
+    uniform: Vec<(Global, [f32; 3])>,
+    row: Option<usize>,
+    pub(crate) varying: Vec<Global>,
+    pub(crate) varying_derivs: Vec<Global>,
 }
 
 /// A global at all points.
@@ -118,6 +129,47 @@ impl<'a> Points<'a> {
         self
     }
 
+    /// Sets a global that is the same at all points, by its name; a scalar is the first number. A list of
+    /// values takes precedence. The geometric normal follows the shading normal unless it is set, too.
+    ///
+    /// ```
+    /// let points = osl::Points::new(2).u(vec![0.25, 0.75]).everywhere("time", [0.5, 0.0, 0.0])?;
+    /// # Ok::<(), osl::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// There is no such global.
+    pub fn everywhere(mut self, name: &str, value: [f32; 3]) -> Result<Points<'a>, Error> {
+        let is_none = |global: Global| matches!(global, Global::Ci | Global::LeftHanded);
+        let is = |global: &Global| global.name().trim_end_matches("()") == name && !is_none(*global);
+        let found = Global::ALL.into_iter().find(is);
+        let global = found.ok_or_else(|| Error::new(format!("there is no global `{name}`")))?;
+        self.uniform.retain(|(other, _)| *other != global);
+        self.uniform.push((global, value));
+        Ok(self)
+    }
+
+    /// Says that the points are the pixels of an image with rows of this width, so that
+    /// [`Program::run_tiles`](crate::Program::run_tiles) shades neighbours together. The values stay the
+    /// same; those of patterns take less time.
+    #[must_use]
+    pub fn row(mut self, width: usize) -> Points<'a> {
+        self.row = Some(width).filter(|width| *width > 0 && self.count % width == 0);
+        self
+    }
+
+    /// The order in which points are shaded, if it is not their own.
+    pub(crate) fn order(&self) -> Option<Order> {
+        Some(Order::new(self.row?, self.count))
+    }
+
+    /// The value of a global that is the same at all points.
+    fn same(&self, global: Global) -> [f32; 3] {
+        let of = |wanted: Global| self.uniform.iter().find(|(global, _)| *global == wanted);
+        let found = of(global).or_else(|| if global == Global::Ng { of(Global::N) } else { None });
+        found.map_or_else(|| default(global), |(_, value)| *value)
+    }
+
     fn with_derivs(mut self, global: Global, axes: [Column<'a>; 2]) -> Points<'a> {
         self.derivs.retain(|s| s.global != global);
         self.derivs.push(Derivs { global, axes });
@@ -190,24 +242,40 @@ impl<'a> Points<'a> {
         points
     }
 
+    /// User data that are the same at all points, unless there are some that differ.
+    #[must_use]
+    pub fn data_everywhere(mut self, name: &str, value: impl Into<Value>) -> Points<'a> {
+        self.same_data.retain(|(other, _)| other != name);
+        self.same_data.push((name.to_string(), value.into()));
+        self
+    }
+
     /// The column of user data with a name.
     fn data_column(&self, object: &str, name: &str, element: Option<usize>) -> Option<&Data<'a>> {
-        let is_user_data = object.is_empty() && element.is_none();
-        self.data.iter().find(|data| is_user_data && data.name == name)
+        let is_user_data = |data: &Data<'a>| element.is_none() || matches!(data.values, Column::Arrays(..));
+        self.data.iter().find(|data| object.is_empty() && data.name == name && is_user_data(data))
+    }
+
+    /// The user data with a name that are the same at all points.
+    fn data_of_all(&self, object: &str, name: &str) -> Option<&Value> {
+        let found = self.same_data.iter().find(|(other, _)| object.is_empty() && other == name);
+        found.map(|(_, value)| value)
     }
 
     /// The values of a global that is set. The shading normals are also the geometric ones unless these are
     /// set.
     fn column(&self, global: Global) -> Option<&Column<'a>> {
         let of = |global: Global| self.columns.iter().find(|column| column.global == global);
-        let found = of(global).or_else(|| if global == Global::Ng { of(Global::N) } else { None });
+        let is_own = |(global, _): &(Global, [f32; 3])| *global == Global::Ng;
+        let follows = global == Global::Ng && !self.uniform.iter().any(is_own);
+        let found = of(global).or_else(|| if follows { of(Global::N) } else { None });
         found.map(|column| &column.values)
     }
 
     /// [`Global::LeftHanded`] at a point; points after the last one are like it.
     fn left_handed(&self, at: usize) -> f32 {
         let at = at.min(self.count.saturating_sub(1));
-        let n = self.column(Global::N).map_or(NORMAL, |values| values.triple(at));
+        let n = self.column(Global::N).map_or_else(|| self.same(Global::N), |values| values.triple(at));
         let p = self.derivs.iter().find(|derivs| derivs.global == Global::P);
         p.map_or(0.0, |Derivs { axes: [x, y], .. }| left_handed(x.triple(at), y.triple(at), n))
     }
@@ -236,6 +304,24 @@ pub(crate) struct Source<'a> {
     pub(crate) services: &'a dyn RendererServices,
     /// Whether the program was compiled with rays.
     pub(crate) traces: bool,
+    /// The order in which points are shaded, if it is not that of the points.
+    pub(crate) order: Option<Order>,
+}
+
+impl Source<'_> {
+    fn position(&self, point: usize) -> usize {
+        self.order.map_or(point, |order| order.position(point))
+    }
+
+    /// Copies the values of points, wherever they are in the lists.
+    fn copy(&self, values: &Column<'_>, first: usize, width: usize, lanes: &mut [f32]) {
+        match self.order {
+            None => values.copy(first, 0..width, width, lanes),
+            Some(order) => {
+                order.runs(first, width).for_each(|(at, to)| values.copy(at, to, width, lanes));
+            }
+        }
+    }
 }
 
 impl PointSource for Source<'_> {
@@ -243,17 +329,16 @@ impl PointSource for Source<'_> {
         self.points.count
     }
 
+    fn pixel(&self, position: usize) -> usize {
+        self.position(position)
+    }
+
     fn varying(&self) -> &[Global] {
         &self.points.varying
     }
 
     fn uniform(&self, global: Global) -> [f32; 3] {
-        match global {
-            Global::N | Global::Ng => NORMAL,
-            Global::DPdu => [1.0, 0.0, 0.0],
-            Global::DPdv => [0.0, 1.0, 0.0],
-            _ => [0.0; 3],
-        }
+        self.points.same(global)
     }
 
     fn deriv(&self, _: Global, _: Axis) -> [f32; 3] {
@@ -262,10 +347,13 @@ impl PointSource for Source<'_> {
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         if global == Global::LeftHanded {
-            let at = |lane: usize| self.points.left_handed(first + lane);
+            let at = |lane: usize| self.points.left_handed(self.position(first + lane));
             lanes.iter_mut().take(width).enumerate().for_each(|(lane, out)| *out = at(lane));
         } else if let Some(values) = self.points.column(global) {
-            values.copy(first, width, lanes);
+            self.copy(values, first, width, lanes);
+        } else {
+            let same = self.points.same(global);
+            lanes.chunks_mut(width.max(1)).zip(same).for_each(|(lanes, x)| lanes.fill(x));
         }
     }
 
@@ -275,7 +363,7 @@ impl PointSource for Source<'_> {
 
     fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         if let Some(derivs) = self.points.derivs.iter().find(|s| s.global == global) {
-            derivs.axes[axis as usize].copy(first, width, lanes);
+            self.copy(&derivs.axes[axis as usize], first, width, lanes);
         }
     }
 
@@ -284,11 +372,17 @@ impl PointSource for Source<'_> {
     }
 
     fn trace_all(&self, rays: &[Ray], hits: &mut [bool]) {
-        self.services.trace_all(rays, hits);
+        match self.order {
+            None => self.services.trace_all(rays, hits),
+            Some(order) => {
+                let of = |ray: &Ray| Ray { point: order.position(ray.point), ..*ray };
+                self.services.trace_all(&rays.iter().map(of).collect::<Vec<Ray>>(), hits);
+            }
+        }
     }
 
     fn message(&self, source: &str, name: &str, ty: Type, point: usize) -> Answer {
-        let value = self.services.message(source, name, point);
+        let value = self.services.message(source, name, self.position(point));
         let found = value.as_ref().and_then(Value::constants);
         // A color, point, vector or normal is given as a triple.
         let fits =
@@ -305,14 +399,19 @@ impl PointSource for Source<'_> {
         points: &[usize],
         column: &mut DatumColumn<'_>,
     ) -> bool {
-        let given = self.services.messages(source, name, points);
+        let positions: Vec<usize> = points.iter().map(|point| self.position(*point)).collect();
+        let given = self.services.messages(source, name, &positions);
         given.is_some_and(|given| given.len() == points.len() && given.fill(0, column))
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        let point = self.position(point);
         if let Some(data) = self.points.data_column(object, name, element) {
             let axis = |axis: usize| data.derivs.as_ref().map_or(0.0, |derivs| derivs[axis].float(point));
-            return Some(Datum { derivs: [axis(0), axis(1)], ..Datum::one(data.values.value(point)?) });
+            return Some(Datum { derivs: [axis(0), axis(1)], ..data.values.datum(point, element)? });
+        }
+        if let Some(value) = self.points.data_of_all(object, name) {
+            return value.clone().datum(element);
         }
         let user = if object.is_empty() { self.services.user_data(name, point) } else { None };
         user.or_else(|| self.services.attribute(object, name, point))?.datum(element)
@@ -327,9 +426,17 @@ impl PointSource for Source<'_> {
         let width = column.width;
         if let Some(Data { values, derivs, .. }) = self.points.data_column(object, name, element) {
             for (values, lanes) in derivs.iter().flatten().zip(column.derivs.chunks_mut(width.max(1))) {
-                values.copy(first, width, lanes);
+                self.copy(values, first, width, lanes);
             }
-            return values.fill(first, column);
+            let suits = values.suits(column);
+            if suits {
+                self.copy(values, first, width, bytemuck::cast_slice_mut(column.words));
+            }
+            return suits;
+        }
+        // Services are asked for points that follow each other.
+        if self.order.is_some() || self.points.data_of_all(object, name).is_some() {
+            return false;
         }
         let points = first..self.points.count.min(first + width);
         let given = element.is_none().then(|| self.services.attributes(object, name, points.clone()));
@@ -337,6 +444,8 @@ impl PointSource for Source<'_> {
     }
 
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
-        self.points.data_column(object, name, element).is_none() && self.services.is_uniform(object, name)
+        let is_shared =
+            || self.points.data_of_all(object, name).is_some() || self.services.is_uniform(object, name);
+        self.points.data_column(object, name, element).is_none() && is_shared()
     }
 }

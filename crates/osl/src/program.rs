@@ -1,14 +1,16 @@
 //! Programs, and the results of running them.
 
 use crate::assign::set_in;
+use crate::order::Order;
 use crate::points::Source;
 use crate::{Closures, Error, Points, Renderer, RunOptions, Value};
-use osl_exec::{Arithmetic, Frame, Plane};
+use osl_exec::{Arithmetic, Frame, Plane, Run};
 use osl_hir::hir;
 use osl_ir::ir::{Const, Kind};
 use osl_limits::Limits;
 use osl_lower::params::ParamValues;
 use osl_syntax::source::SourceMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A compiled group. It may run any number of times, from any thread. A clone shares the machine code and has
@@ -21,6 +23,7 @@ pub struct Program {
     traces: bool,
     sources: Arc<SourceMap>,
     limits: Limits,
+    has_closures: bool,
 }
 
 impl Program {
@@ -29,8 +32,10 @@ impl Program {
         (live, traces): (Vec<Live>, bool),
         sources: SourceMap,
         limits: Limits,
+        has_closures: bool,
     ) -> Program {
-        Program { program, live: live.into(), traces, sources: Arc::new(sources), limits }
+        let (live, sources) = (live.into(), Arc::new(sources));
+        Program { program, live, traces, sources, limits, has_closures }
     }
 
     /// Sets a live parameter for all runs from now on, by the name under which
@@ -96,18 +101,125 @@ impl Program {
         renderer: &Renderer,
         options: &RunOptions,
     ) -> Result<Outputs, Error> {
+        self.any_points(points, renderer, options, None)
+    }
+
+    /// Runs at all points, and passes the values on, tile by tile, from any thread and in any order. So they
+    /// need not all be in memory, and are still in the processor's cache. The outputs that come back have
+    /// closures, messages and text, but no values.
+    ///
+    /// ```
+    /// use osl::{Group, Points, Renderer, RunOptions, Shader, Tile};
+    /// use std::sync::Mutex;
+    ///
+    /// let shader = Shader::compile("a.osl", "shader a(output float o = 0) { o = 2 * u; }")?;
+    /// let program = Group::new().layer("a", &shader).compile(&[])?;
+    /// let sum = Mutex::new(0.0);
+    /// let add = |tile: Tile<'_>| {
+    ///     for word in tile.words[0] {
+    ///         *sum.lock().unwrap() += f32::from_bits(*word);
+    ///     }
+    /// };
+    /// let points = Points::new(2).u(vec![0.25, 0.5]);
+    /// program.run_tiles(&points, &Renderer::default(), &RunOptions::default(), &add)?;
+    /// assert_eq!(sum.into_inner().unwrap(), 1.5);
+    /// # Ok::<(), osl::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Program::run_with`].
+    pub fn run_tiles(
+        &self,
+        points: &Points<'_>,
+        renderer: &Renderer,
+        options: &RunOptions,
+        look: &(dyn Fn(Tile<'_>) + Sync),
+    ) -> Result<Outputs, Error> {
+        self.any_points(points, renderer, options, Some(look))
+    }
+
+    /// What the words of a [`Tile`] are, column by column.
+    ///
+    /// # Errors
+    /// There are more columns than the limits of the group permit.
+    pub fn columns(&self) -> Result<Vec<OutputColumn>, Error> {
+        let (renderer, points) = (Renderer::default(), Points::new(1));
+        let source = Source { points: &points, services: &*renderer.answers, traces: false, order: None };
+        let inner = RunOptions::default().inner(&self.limits);
+        let planes = Run::new(&self.program, &renderer.services, &source, &inner).planes();
+        let column = |p: Plane| OutputColumn {
+            output: p.output.to_string(),
+            component: p.component,
+            is_int: p.kind == Kind::Int,
+        };
+        let planes = planes.map_err(|error| Error::run(&error, &self.sources))?;
+        Ok(planes.into_iter().map(column).collect())
+    }
+
+    fn any_points(
+        &self,
+        points: &Points<'_>,
+        renderer: &Renderer,
+        options: &RunOptions,
+        look: Option<&(dyn Fn(Tile<'_>) + Sync)>,
+    ) -> Result<Outputs, Error> {
         points.check()?;
-        let source = Source { points, services: &*renderer.answers, traces: self.traces };
-        let inner = options.inner(&self.limits);
+        // The results of other runs are in the order in which points are shaded.
+        let order = points.order().filter(|_| look.is_some() && !self.has_closures);
+        let source = Source { points, services: &*renderer.answers, traces: self.traces, order };
+        let inner = osl_exec::RunOptions { tile: Tile::POINTS, ..options.inner(&self.limits) };
         let progress = |done: usize| options.report(done);
-        let frame = osl_exec::run(&self.program, &renderer.services, &source, &inner, &progress);
-        let frame = frame.map_err(|error| Error::run(&error, &self.sources))?;
+        let run = Run::new(&self.program, &renderer.services, &source, &inner);
+        let frame = match look {
+            None => run.points(0..points.count(), &progress),
+            Some(look) => run.look(0..points.count(), &progress, &|number, words| {
+                look(Tile { first: number * Tile::POINTS, words, order });
+            }),
+        };
+        let mut frame = frame.map_err(|error| Error::run(&error, &self.sources))?;
+        if let Some(order) = order {
+            frame.printed.sort_by_key(|printed| order.position(printed.point));
+        }
         let messages = frame.said(|span| {
             self.sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line))
         });
         let messages = messages.into_iter().map(|(error, text)| Message { error, text }).collect();
         Ok(Outputs { frame, messages })
     }
+}
+
+/// The values of some points: see [`Program::run_tiles`].
+#[derive(Clone, Copy, Debug)]
+pub struct Tile<'a> {
+    /// For each of [`Program::columns`], a word for each point: the bits of a float, or an int.
+    pub words: &'a [&'a [u32]],
+    first: usize,
+    order: Option<Order>,
+}
+
+impl Tile<'_> {
+    /// The largest number of points in a tile.
+    pub const POINTS: usize = 4096;
+
+    /// The pieces whose points follow each other: the first of the points, and the places of their words.
+    pub fn pieces(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let count = self.words.first().map_or(0, |words| words.len());
+        let whole = self.order.is_none().then_some((self.first, 0..count));
+        let pieces = self.order.map(|order| order.runs(self.first, count));
+        whole.into_iter().chain(pieces.into_iter().flatten())
+    }
+}
+
+/// One component of an output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct OutputColumn {
+    /// The name of the output; `a[2]` for an element of an array.
+    pub output: String,
+    /// Which component: 0 of a scalar, 0 to 2 of a triple, 0 to 15 of a matrix.
+    pub component: usize,
+    /// Whether its words are ints.
+    pub is_int: bool,
 }
 
 /// A live parameter.

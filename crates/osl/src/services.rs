@@ -108,6 +108,12 @@ pub trait RendererServices: Send + Sync {
         None
     }
 
+    /// Whether [`RendererServices::transform`] knows any space. Called once. If not, programs that are
+    /// [compiled for the renderer](crate::CompileOptions::renderer) transform positions in less time.
+    fn has_spaces(&self) -> bool {
+        true
+    }
+
     /// Folders for textures, searched after the working directory. Files elsewhere are not opened. Called
     /// once.
     fn texture_folders(&self) -> Vec<PathBuf> {
@@ -133,6 +139,10 @@ impl RendererServices for Nothing {
     fn is_uniform(&self, _: &str, _: &str) -> bool {
         true
     }
+
+    fn has_spaces(&self) -> bool {
+        false
+    }
 }
 
 /// Services with the data that they keep between runs, such as loaded textures. Use one for all programs of a
@@ -151,15 +161,27 @@ impl Renderer {
 
     /// The same, with limits for the textures that it reads.
     pub fn within(services: impl RendererServices + 'static, limits: &Limits) -> Renderer {
-        let answers: Arc<dyn RendererServices> = Arc::new(services);
-        let mut spaces = Spaces::default();
-        let asked = answers.clone();
-        let find: FindSpace = Arc::new(move |space: &str| asked.transform(space));
-        spaces.set_lookup(find);
-        let textures = match answers.files() {
+        let textures = match services.files() {
             Some(files) => TextureCache::given(Arc::new(move |name: &str| files.read(name)), limits),
-            None => TextureCache::within(answers.texture_folders(), limits),
+            None => TextureCache::within(services.texture_folders(), limits),
         };
+        Renderer::with(Arc::new(services), textures)
+    }
+
+    /// A renderer with the textures of this one and other services; their files are not used. So programs
+    /// that run at different points need not load textures again.
+    #[must_use]
+    pub fn answering(&self, services: impl RendererServices + 'static) -> Renderer {
+        Renderer::with(Arc::new(services), self.services.textures.clone())
+    }
+
+    fn with(answers: Arc<dyn RendererServices>, textures: TextureCache) -> Renderer {
+        let mut spaces = Spaces::default();
+        if answers.has_spaces() {
+            let asked = answers.clone();
+            let find: FindSpace = Arc::new(move |space: &str| asked.transform(space));
+            spaces.set_lookup(find);
+        }
         let services =
             Arc::new(Services { ray: answers.ray_type(), spaces, textures, ..Services::default() });
         Renderer { answers, services }
