@@ -1,8 +1,8 @@
 //! Handles Ctrl-C and other requests to end: half-written files are removed, and then the signal ends the
 //! process as usual.
 //!
-//! Only the command does this, never the library: a process has only one handler for signals, and a library
-//! must not take it.
+//! Only the process of the command does this, never another user of the library: a process has only one
+//! handler for signals, and a library must not take it.
 
 #[cfg(unix)]
 mod unix {

@@ -20,6 +20,7 @@ mod print;
 mod source;
 
 pub use help::reference;
+pub use print::{plain, rejected};
 
 use clap::{CommandFactory, FromArgMatches};
 use commands::{Cli, Command};

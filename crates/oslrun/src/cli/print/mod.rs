@@ -21,6 +21,18 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::sync::Arc;
 
+/// What the command prints about a file with errors that it is to run, without colors.
+pub fn rejected(list: &[Diagnostic], sources: &SourceMap) -> String {
+    let (text, note) = diagnostics::text(list, sources, Some(&Lints::default()));
+    let note = note.map(|note| format!("{}: {note}\n", Severity::Note.word())).unwrap_or_default();
+    plain(&text) + &note
+}
+
+/// Text that the command prints, without colors.
+pub fn plain(text: &str) -> String {
+    anstream::adapter::strip_str(text).to_string()
+}
+
 /// The standard streams of a command.
 pub(super) struct Console<'a> {
     /// The standard output.
