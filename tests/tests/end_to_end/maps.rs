@@ -16,24 +16,35 @@ struct Packages {
 
 fn packages() -> Packages {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let metadata = Command::new(env!("CARGO"))
-        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
-        .current_dir(root)
-        .output()
-        .unwrap();
-    let metadata: serde_json::Value = serde_json::from_slice(&metadata.stdout).unwrap();
     let mut found = Packages { normal: BTreeMap::new(), other: BTreeMap::new() };
-    for package in metadata["packages"].as_array().unwrap() {
-        let name = package["name"].as_str().unwrap().to_string();
-        let (normal, other) =
-            (found.normal.entry(name.clone()).or_default(), found.other.entry(name).or_default());
-        for dependency in package["dependencies"].as_array().unwrap() {
-            let name = dependency["name"].as_str().unwrap().to_string();
-            if dependency["kind"] != "dev" {
-                normal.insert(name)
-            } else {
-                other.insert(name)
-            };
+    // The package for Python is a workspace of its own.
+    for manifest in ["Cargo.toml", "crates/oslrun-py/Cargo.toml"] {
+        let metadata = Command::new(env!("CARGO"))
+            .args([
+                "metadata",
+                "--no-deps",
+                "--offline",
+                "--format-version",
+                "1",
+                "--manifest-path",
+                manifest,
+            ])
+            .current_dir(&root)
+            .output()
+            .unwrap();
+        let metadata: serde_json::Value = serde_json::from_slice(&metadata.stdout).unwrap();
+        for package in metadata["packages"].as_array().unwrap() {
+            let name = package["name"].as_str().unwrap().to_string();
+            let (normal, other) =
+                (found.normal.entry(name.clone()).or_default(), found.other.entry(name).or_default());
+            for dependency in package["dependencies"].as_array().unwrap() {
+                let name = dependency["name"].as_str().unwrap().to_string();
+                if dependency["kind"] != "dev" {
+                    normal.insert(name)
+                } else {
+                    other.insert(name)
+                };
+            }
         }
     }
     found
