@@ -1,6 +1,7 @@
 //! Runs every door on a fixed number of inputs: no panic, and no execution of more than five seconds.
 //!
-//! `tests/fuzz/all.sh` runs for any time (`tests/fuzz/README.md`). When it finds a bug, the bug is fixed and its input is added to the list below.
+//! `tests/fuzz/all.sh` runs for any time (`tests/fuzz/README.md`). When it finds a bug, the bug is fixed and
+//! its input is added to the list below.
 
 #![allow(
     clippy::panic,

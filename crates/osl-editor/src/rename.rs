@@ -89,8 +89,8 @@ fn check_name(new: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// What the names of a text stand for, each with its number in the text; and the codes of the errors. The body
-/// of a macro may have several names at one place.
+/// What the names of a text stand for, each with its number in the text; and the codes of the errors. The
+/// body of a macro may have several names at one place.
 fn bindings(analysis: &Analysis, file: &str) -> (Vec<(usize, Binding)>, Vec<&'static str>) {
     let symbols = analysis.symbols();
     let own = |range: &osl::Range| (range.file == file).then_some(range.start.offset);

@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn brackets() {
-        let text = "f(a[1, {2); #x (\n}";
+        let text = "f(a[1, {2);\n#x (\n}";
         let scan = Scan::of(text);
         let at = |part: &str| scan.tokens.iter().position(|t| t.start == text.find(part).unwrap_or(0));
         let partner =

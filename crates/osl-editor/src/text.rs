@@ -141,7 +141,7 @@ mod tests {
         text.edit(Some(Range::new(Position::new(0, 3), Position::new(2, 1))), "x\n");
         assert_eq!(text.as_str(), "a\u{10400}x\n\n\nlast");
         text.edit(Some(Range::new(Position::new(9, 0), Position::new(9, 0))), "!");
-        assert_eq!((text.as_str(), text.line(8)), ("a\u{10400}x\n\n\nlast!", 3));
+        assert_eq!((text.as_str(), text.line(8)), ("a\u{10400}x\n\n\nlast!", 2));
         text.edit(None, "new");
         assert_eq!(text.as_str(), "new");
     }

@@ -1,12 +1,16 @@
-//! Writes a texture: an EXR file in tiles, with all coarser levels, as renderers load it without a conversion.
+//! Writes a texture: an EXR file in tiles, with all coarser levels, as renderers load it without a
+//! conversion.
 //!
 //! The levels are those that this crate makes itself when it reads a file without any, so that a texture
 //! gives the same lookups whether its file has them or not.
 
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedTileBlock};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
+use exr::compression::Compression;
 use exr::math::{RoundingMode, Vec2};
 use exr::meta::attribute::{AttributeValue, LevelMode, Text, TileDescription};
+use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData, TileIndices};
 use half::f16;
 use osl_files::Unsaved;
@@ -17,7 +21,7 @@ use std::path::Path;
 
 use crate::error::ImageError;
 use crate::exr_out::{COMMAND, ExrOptions, Layer, check_planes, check_size, header};
-use crate::exr_zip::SampleType;
+use crate::exr_zip::{self, SampleType};
 use crate::file;
 use crate::image::StoredType;
 use crate::level::Level;
@@ -77,8 +81,8 @@ pub fn exr_texture(
                     return Err(exr::error::Error::Aborted);
                 }
                 let compress = |(at, place): &(usize, TileIndices)| {
-                    let block = block(&channels, *place, tile, options.samples);
-                    block.and_then(|block| block.compress_to_chunk(&meta.headers)).map(|chunk| (*at, chunk))
+                    let rows = rows(&channels, *place, tile)?;
+                    Ok((*at, chunk(&rows, *place, tile, options.samples, &meta.headers)?))
                 };
                 let done: Vec<exr::error::Result<_>> = some.par_iter().map(compress).collect();
                 for chunk in done {
@@ -93,8 +97,8 @@ pub fn exr_texture(
     Ok(file)
 }
 
-/// The text of the attribute [`COMMAND`] of an EXR file, of which only the header is read; none if there is no
-/// such file or attribute.
+/// The text of the attribute [`COMMAND`] of an EXR file, of which only the header is read; none if there is
+/// no such file or attribute.
 pub fn exr_command(path: &Path) -> Option<String> {
     let file = BufReader::new(osl_files::open_named(path).ok()?.into_file());
     let meta = MetaData::read_from_buffered(file, false).ok()?;
@@ -122,36 +126,51 @@ impl Channel {
 }
 
 /// The texels of a tile, row by row with all channels of a row after each other.
-fn block(
-    channels: &[Channel],
-    place: TileIndices,
-    tile: usize,
-    samples: SampleType,
-) -> exr::error::Result<UncompressedBlock> {
+fn rows(channels: &[Channel], place: TileIndices, tile: usize) -> exr::error::Result<Vec<Vec<f32>>> {
     let (at, level) = (place.location.tile_index, place.location.level_index);
-    let first = (at.x() * tile, at.y() * tile);
-    let (columns, rows) = (place.size.width(), place.size.height());
-    let mut data = Vec::with_capacity(columns * rows * channels.len() * 4);
-    for row in first.1..first.1 + rows {
+    let (first, columns) = ((at.x() * tile, at.y() * tile), place.size.width());
+    let mut rows = Vec::with_capacity(place.size.height() * channels.len());
+    for row in first.1..first.1 + place.size.height() {
         for channel in channels {
             let missing = || exr::error::Error::Invalid("level of the texture".into());
             let level = channel.0.get(level.x()).ok_or_else(missing)?;
-            for column in first.0..first.0 + columns {
-                let value = level.texel(column, row).map_or(0.0, |at| level.texels.get(at));
-                match samples {
-                    SampleType::Float => data.extend(value.to_ne_bytes()),
-                    SampleType::Half => data.extend(f16::from_f32(value).to_ne_bytes()),
-                }
-            }
+            let texel = |column| level.texel(column, row).map_or(0.0, |at| level.texels.get(at));
+            rows.push((first.0..first.0 + columns).map(texel).collect());
+        }
+    }
+    Ok(rows)
+}
+
+/// The compressed tile with these rows.
+fn chunk(
+    rows: &[Vec<f32>],
+    place: TileIndices,
+    tile: usize,
+    samples: SampleType,
+    headers: &[Header],
+) -> exr::error::Result<Chunk> {
+    let is_zip = |header: &Header| matches!(header.compression, Compression::ZIP1 | Compression::ZIP16);
+    if headers.first().is_some_and(is_zip) {
+        let rows: Vec<&[f32]> = rows.iter().map(Vec::as_slice).collect();
+        let compressed_pixels_le = exr_zip::block(&rows, samples);
+        let block = CompressedTileBlock { coordinates: place.location, compressed_pixels_le };
+        return Ok(Chunk { layer_index: 0, compressed_block: CompressedBlock::Tile(block) });
+    }
+    let at = place.location.tile_index;
+    let mut data = Vec::with_capacity(rows.len() * place.size.width() * 4);
+    for value in rows.iter().flatten() {
+        match samples {
+            SampleType::Float => data.extend(value.to_ne_bytes()),
+            SampleType::Half => data.extend(f16::from_f32(*value).to_ne_bytes()),
         }
     }
     let index = BlockIndex {
         layer: 0,
-        pixel_position: Vec2(first.0, first.1),
-        pixel_size: Vec2(columns, rows),
-        level,
+        pixel_position: Vec2(at.x() * tile, at.y() * tile),
+        pixel_size: place.size,
+        level: place.location.level_index,
     };
-    Ok(UncompressedBlock { index, data })
+    UncompressedBlock { index, data }.compress_to_chunk(headers)
 }
 
 #[cfg(test)]

@@ -11,8 +11,8 @@ use std::path::PathBuf;
 /// answer is outdated when one of them changes.
 pub type Files = BTreeMap<PathBuf, Option<Stamp>>;
 
-/// Cancels the work on the state before, and returns what cancels the work on the new one, for which a file has
-/// the text that is given. A file that a page may not save keeps its own.
+/// Cancels the work on the state before, and returns what cancels the work on the new one, for which a file
+/// has the text that is given. A file that a page may not save keeps its own.
 pub type Outdate = Box<dyn Fn(Option<&Unsaved>) -> Cancel + Send>;
 
 /// Something that can be shown on the page.

@@ -74,8 +74,10 @@ impl Gaps {
             [
                 Token::Type(_) | Token::Ident(_) | Token::Struct | Token::Stray,
                 Token::Ident(name),
-                Token::LParen | Token::LMeta | Token::LBrace,
+                Token::LParen | Token::LMeta,
             ] => Some(name.clone()),
+            // A struct with something else in place of its first word.
+            [_, Token::Ident(name), Token::LBrace] => Some(name.clone()),
             _ => None,
         };
         let declarations = lost.windows(3).filter_map(declared).collect();

@@ -82,12 +82,16 @@ fn a_text_is_shown_while_it_is_typed() {
     assert_eq!(std::fs::read_to_string(folder.path().join("s.osl")).unwrap(), text, "nothing is saved");
     browser.run("document.execCommand('undo'); document.execCommand('undo');");
     browser.wait("!document.getElementById('editor').value.includes('smo')");
+    // The picture follows: with the step, the first row is black.
+    let red = "document.getElementById('picture').getContext('2d').getImageData(1, 0, 1, 1).data[0]";
+    browser.wait(&format!("{red} > 0"));
     browser.wait(IDLE);
     assert_eq!(pixels(&browser), first);
     // A text that is not saved goes with the editor.
     insert("u, v", "1 - ");
-    browser.wait("document.getElementById('discard').textContent === 'Discard'");
+    browser.wait(&format!("{red} > 200"));
     browser.run("document.getElementById('discard').click();");
+    browser.wait(&format!("{red} < 100"));
     browser.wait(IDLE);
     assert_eq!(pixels(&browser), first);
 }

@@ -65,7 +65,7 @@ fn words(text: &str) -> Names {
 }
 
 fn is_ours(name: &str) -> bool {
-    name == "osl" || name.starts_with("osl-") || name == "oslrun"
+    name == "osl" || name.starts_with("osl-") || name == "oslrun" || name == "oslrun-py"
 }
 
 /// Crates for tests and examples are no part of the map.

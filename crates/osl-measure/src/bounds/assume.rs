@@ -1,8 +1,9 @@
-//! What narrows values. A condition says something of the values that it compares, so that in a branch a guarded
-//! operation is seen as guarded. And a place with cases has one of them in a walk: a branch, a number that
-//! becomes whole, an index. Places in loops and in branches whose sides are joined have none.
+//! What narrows values. A condition says something of the values that it compares, so that in a branch a
+//! guarded operation is seen as guarded. And a place with cases has one of them in a walk: a branch, a number
+//! that becomes whole, an index. Places in loops and in branches whose sides are joined have none.
 
-use super::state::{Def, Defs, Undo, Walk};
+use super::defs::{Def, Defs};
+use super::state::{Undo, Walk};
 use osl_ir::ir::{Const, LaneOp, ValueId};
 use osl_numeric::interval::{Enclosure, Interval, Whole};
 

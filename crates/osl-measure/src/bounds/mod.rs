@@ -11,6 +11,7 @@
 
 mod assume;
 mod calls;
+mod defs;
 mod domain;
 mod numbers;
 mod paths;

@@ -6,11 +6,11 @@
 //! the number of threads.
 
 use super::calls::Calls;
+use super::defs::Defs;
 use super::domain::{Domain, Tile};
 use super::numbers::Numbers;
 use super::paths::Paths;
 use super::sites::{ProofSite, Sites, Watched, What};
-use super::state::Defs;
 use super::state::{Program, Walk};
 use super::walk::apart;
 use super::{Claim, Output, Report, Verdict};

@@ -1,8 +1,8 @@
 //! The operations for which something can be proved: that an argument is in the function's domain, that a
 //! divisor is never 0, that an index exists, that an int fits. They are the events that `sanitize` counts.
 
+use super::defs::Defs;
 use super::numbers::Numbers;
-use super::state::Defs;
 use crate::sanitize::Kind;
 use osl_ir::Span;
 use osl_ir::ir::{Body, Inst, Kernel, LaneOp, Op, ValueId};

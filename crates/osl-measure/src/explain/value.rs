@@ -1,5 +1,5 @@
-//! The values of a point, as text and for tools. A closure has no value that could be printed; its text follows
-//! the nodes that made it: `0.5 * diffuse(N = …)`.
+//! The values of a point, as text and for tools. A closure has no value that could be printed; its text
+//! follows the nodes that made it: `0.5 * diffuse(N = …)`.
 
 use crate::trace::{Exact, Node, NodeId, Trace, What};
 use crate::words::short;

@@ -1,5 +1,5 @@
-//! Writes the shader with its level: the source as it is, with a switch around its body and changes in it; and
-//! the places of the source where text can be inserted.
+//! Writes the shader with its level: the source as it is, with a switch around its body and changes in it;
+//! and the places of the source where text can be inserted.
 
 use super::ground::By;
 use super::inputs::{Coordinate, Inputs};

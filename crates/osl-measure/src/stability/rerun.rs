@@ -1,9 +1,9 @@
-//! One executed instruction: its result again, in double precision and with other operands; whether its result
-//! left the range of floats; and whether it reduces the range of its operand.
+//! One executed instruction: its result again, in double precision and with other operands; whether its
+//! result left the range of floats; and whether it reduces the range of its operand.
 //!
 //! A result is broken if the operation gives an ordinary number for the same operands in double precision. So
-//! what follows from a broken operand is not broken itself. A function that is periodic, or takes the fraction
-//! of its operand, magnifies what an earlier instruction rounded away, however it is written.
+//! what follows from a broken operand is not broken itself. A function that is periodic, or takes the
+//! fraction of its operand, magnifies what an earlier instruction rounded away, however it is written.
 
 use crate::trace::{Exact, NodeId, Trace, What, eval, noise};
 use osl_ir::ir::{Const, Kernel, LaneOp};

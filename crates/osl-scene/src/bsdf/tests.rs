@@ -23,9 +23,18 @@ fn component(name: &str, values: Vec<Const>) -> Component {
     Component { weight: [1.0; 3], name: name.into(), params }
 }
 
+/// A closure that is an argument of another one.
+fn part(closure: Component) -> Param {
+    Param { key: None, values: [].into_iter().collect(), closure: vec![closure] }
+}
+
 fn layer(top: Component, base: Component) -> Component {
-    let part = |closure| Param { key: None, values: [].into_iter().collect(), closure: vec![closure] };
     Component { weight: [1.0; 3], name: "layer".into(), params: [part(top), part(base)].into() }
+}
+
+fn named(of: Component) -> Component {
+    let params = [param(Const::Str("tag".into())), part(of)];
+    Component { weight: [1.0; 3], name: "outputvariable".into(), params: params.into() }
 }
 
 const N: Const = Const::Triple([0.0, 0.0, 1.0]);
@@ -106,6 +115,7 @@ fn cases() -> Vec<(&'static str, Component)> {
         ("sheen_bsdf", of("sheen_bsdf", vec![N, grey(1.0), f(0.4)])),
         ("anisotropic_vdf", of("anisotropic_vdf", vec![grey(0.9), grey(1.0), f(0.3)])),
         ("medium_vdf", of("medium_vdf", vec![grey(0.9), f(1.0), grey(0.5), f(0.0), f(1.33), Const::Int(0)])),
+        ("outputvariable", named(of("diffuse", vec![N]))),
         ("layer", layer(of("sheen_bsdf", vec![N, grey(1.0), f(0.4)]), of("diffuse", vec![N]))),
         ("layer, coated", layer(dielectric(0.0, [0.2, 0.2], "ggx"), conductor(0.3, 0.3, "ggx"))),
     ]

@@ -160,8 +160,6 @@ export class Zoom {
     frame.classList.toggle("zoomed", this.view !== null);
     grid.hidden = !(this.view?.zoom >= GRID);
     buttons.fit.textContent = this.view ? `${Number(this.view.zoom.toFixed(2))}×` : "fit";
-    // Pixels of different sizes look like a pattern of the shader.
-    canvas.style.imageRendering = !this.view && this.whole > 1 && this.whole < 2 ? "auto" : "";
     if (!this.view || !width) {
       Object.assign(frame.style, { width: "", height: "" });
       Object.assign(pinned.style, { width: "", height: "", transform: "" });

@@ -42,8 +42,9 @@ pub(super) struct Cli {
 
 /// The options of a run, if the command line is one, without an error and without a command.
 ///
-/// Describing the options of all commands takes longer than compiling a shader, so that a run describes
-/// only its own. The second value is the file of `--deps`. Every other line, also one with an error, is left to [`Cli`].
+/// Describing the options of all commands takes longer than compiling a shader, so that a run describes only
+/// its own. The second value is the file of `--deps`. Every other line, also one with an error, is left to
+/// [`Cli`].
 pub(super) fn run_alone(args: &[OsString]) -> Option<(RunArgs, Option<PathBuf>)> {
     let first = args.get(1)?.to_str()?;
     if first == "help" || Command::has_subcommand(first) {

@@ -4,10 +4,11 @@
 //! `oslrun studio FILE`.
 //!
 //! `commands` lists the commands. Each has a module in a room of its family: `source`, `editor`, `picture`,
-//! `measure` and `help`; `compat` has the command lines of the reference's tools. A module declares the options of its
-//! command from the groups in `options`, turns them into a request of `osl_job`, and prints the result with
-//! `print`. Exit codes: 0 success, 1 an error in the input or in its result, 2 an error in the command line.
-//! A command that fails has written no output file, except a picture that misses its `--max-error`.
+//! `measure` and `help`; `compat` has the command lines of the reference's tools. A module declares the
+//! options of its command from the groups in `options`, turns them into a request of `osl_job`, and prints
+//! the result with `print`. Exit codes: 0 success, 1 an error in the input or in its result, 2 an error in
+//! the command line. A command that fails has written no output file, except a picture that misses its
+//! `--max-error`.
 
 mod commands;
 mod compat;

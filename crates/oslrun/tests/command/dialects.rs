@@ -29,9 +29,16 @@ fn wrong(path: &Path, text: &str, folder: &Path) -> Option<String> {
     let word = |word: &str| match word {
         word if word == name => path.display().to_string(),
         "x.png" => folder.join("x.png").display().to_string(),
+        "." => path.parent().unwrap_or(path).display().to_string(),
         word => word.to_string(),
     };
-    let args: Vec<String> = run.split_whitespace().map(word).collect();
+    // The text of a group is in quotes.
+    let parts = run.split('"').enumerate();
+    let words = parts.flat_map(|(at, part)| match at % 2 {
+        0 => part.split_whitespace().collect::<Vec<_>>(),
+        _ => vec![part],
+    });
+    let args: Vec<String> = words.map(word).collect();
     let (code, out, err) = oslrun(&args.iter().map(String::as_str).collect::<Vec<_>>());
     let holds = |item: &str| match item.strip_prefix("prints ") {
         Some(text) => format!("{out}{err}").contains(text),

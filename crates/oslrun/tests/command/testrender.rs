@@ -1,4 +1,5 @@
-//! `testrender`: meshes, lights and displacements of scenes, against shapes of the same form that have formulas.
+//! `testrender`: meshes, lights and displacements of scenes, against shapes of the same form that have
+//! formulas.
 
 use osl_image::read_image;
 use std::path::Path;

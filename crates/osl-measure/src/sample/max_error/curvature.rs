@@ -1,5 +1,5 @@
-//! Cells of a lattice: their corners, the values that are interpolated between them, and their curvature, which
-//! is the error estimate for interpolated pixels.
+//! Cells of a lattice: their corners, the values that are interpolated between them, and their curvature,
+//! which is the error estimate for interpolated pixels.
 //!
 //! A *curvature* is the absolute second difference between neighbouring lattice values.
 

@@ -1,7 +1,7 @@
 //! `oslrun lsp`: the language server, over the standard streams.
 //!
-//! What an editor shows comes from the crate osl-editor. This room has the loop and its queue ([`serve`]), the
-//! open texts and the answers to requests ([`session`]), the files and their addresses ([`desk`]), the
+//! What an editor shows comes from the crate osl-editor. This room has the loop and its queue ([`serve`]),
+//! the open texts and the answers to requests ([`session`]), the files and their addresses ([`desk`]), the
 //! settings, and the values of a probed pixel ([`probe`]).
 
 mod desk;

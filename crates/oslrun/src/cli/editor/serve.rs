@@ -27,8 +27,8 @@ pub(super) fn serve(connection: &Connection, settings: Settings) -> Result<(), F
         "serverInfo": { "name": "oslrun", "version": env!("CARGO_PKG_VERSION") },
     });
     connection.initialize_finish(id, answer).map_err(|why| broken(&why))?;
-    // The connection hands over one message at a time, and reads no other before. The queue must be known as a
-    // whole, so that outdated requests can be left out.
+    // The connection hands over one message at a time, and reads no other before. The queue must be known as
+    // a whole, so that outdated requests can be left out.
     let (to, messages) = mpsc::channel();
     let receiver = connection.receiver.clone();
     std::thread::spawn(move || receiver.iter().try_for_each(|message| to.send(message)));

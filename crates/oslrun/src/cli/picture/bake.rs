@@ -1,8 +1,9 @@
-//! `oslrun bake FILE -o OUT`: writes the outputs of a shader as textures, one for each square of texture space.
+//! `oslrun bake FILE -o OUT`: writes the outputs of a shader as textures, one for each square of texture
+//! space.
 //!
 //! A texture is an EXR file in tiles, with all coarser levels. It holds a recipe: the values that decide its
-//! pixels, as a hash. A square whose file has the recipe of this command is not computed again, so a bake that
-//! was stopped goes on, on any machine.
+//! pixels, as a hash. A square whose file has the recipe of this command is not computed again, so a bake
+//! that was stopped goes on, on any machine.
 
 use super::numbers::{self, Numbers};
 use super::openjd::{self, JobArgs};

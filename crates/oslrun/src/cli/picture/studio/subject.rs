@@ -17,7 +17,7 @@ use osl::stages;
 use osl_files::{FileError, Roots, open_named, stamp};
 use osl_hir::lint::Level;
 use osl_job::host::{Disk, Watching, Within};
-use osl_job::request::Trust;
+use osl_job::request::{Reading, Trust};
 use osl_job::source::load::{self, Request};
 use osl_job::source::reads::Reads;
 use osl_job::source::{input, levels, repair};
@@ -196,9 +196,7 @@ impl Subject for Studio {
             Err(why @ (FileError::NotUtf8(_) | FileError::Zero(_))) => (String::new(), Err(why)),
             Err(why) => return Err(Stop::error(unreadable(&why))),
         };
-        let most = limits.reading.file_bytes;
-        let unsaved = image.shader.read.snapshot.host().read(&path, Within::Anywhere, most);
-        let unsaved = unsaved.and_then(osl_files::text).ok().filter(|unsaved| *unsaved != text);
+        let unsaved = unsaved(&path, &text, &image);
         let mut shader = Shader {
             unsaved: unsaved.is_some(),
             file: path.strip_prefix(self.folder()).unwrap_or(&path).display().to_string(),
@@ -214,9 +212,7 @@ impl Subject for Studio {
             locked: save::locked(&self.roots(), &path),
             ..Shader::default()
         };
-        let named = Shape::NAMED.iter().map(|(name, _)| (*name).to_string());
-        let mesh = self.image.points.surface.on.clone().filter(|on| Shape::named(on).is_none());
-        shader.surfaces = std::iter::once(PATCH.to_string()).chain(named).chain(mesh).collect();
+        shader.surfaces = surfaces(shader.on.as_deref());
         if let Err(why) = is_text {
             shader.diagnostics = vec![json!({ "severity": "error", "message": unreadable(&why) })];
             shader.locked = Some(why.to_string());
@@ -333,6 +329,20 @@ impl Subject for Studio {
             Ok(Line { pictures, more })
         })
     }
+}
+
+/// The text of a file that a page has not saved, if it differs from the one on the disk.
+fn unsaved(path: &Path, text: &str, image: &Image) -> Option<String> {
+    let Reading { snapshot, limits, .. } = &image.shader.read;
+    let read = snapshot.host().read(path, Within::Anywhere, limits.reading.file_bytes);
+    read.and_then(osl_files::text).ok().filter(|unsaved| unsaved != text)
+}
+
+/// The surfaces that a page offers, with the one of the command line, which may be a mesh.
+fn surfaces(given: Option<&str>) -> Vec<String> {
+    let named = Shape::NAMED.iter().map(|(name, _)| *name);
+    let mesh = given.filter(|on| Shape::named(on).is_none());
+    std::iter::once(PATCH).chain(named).chain(mesh).map(str::to_string).collect()
 }
 
 /// Whether the lines of a file have pictures: whether it is the source of a single shader.
