@@ -95,7 +95,8 @@ impl CompileOptions {
     ///
     /// let shader = Shader::compile("a.osl", "shader a(output float o = 0) { o = u + P[2]; }")?;
     /// let points = Points::new(2).u(vec![0.25, 0.5]);
-    /// let program = Group::new().layer("a", &shader).compile_with(&CompileOptions::default().points(&points))?;
+    /// let options = CompileOptions::default().points(&points);
+    /// let program = Group::new().layer("a", &shader).compile_with(&options)?;
     /// assert_eq!(program.run(&points)?.floats("o"), Some(vec![0.25, 0.5]));
     /// assert!(program.run(&points.p(vec![[0.0; 3]; 2])).is_err());
     /// # Ok::<(), osl::Error>(())

@@ -154,7 +154,7 @@ impl<'a> Points<'a> {
     /// same; those of patterns take less time.
     #[must_use]
     pub fn row(mut self, width: usize) -> Points<'a> {
-        self.row = Some(width).filter(|width| *width > 0 && self.count % width == 0);
+        self.row = Some(width).filter(|width| *width > 0 && self.count.is_multiple_of(*width));
         self
     }
 

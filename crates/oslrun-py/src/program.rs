@@ -6,7 +6,7 @@ use crate::shader::Given;
 use crate::values;
 use crate::work::detached;
 use numpy::{Element, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
-use osl::{Column, Data, Points, RunOptions, Tile};
+use osl::{Column, OutputColumn, Points, RunOptions, Tile};
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -50,7 +50,7 @@ impl Out {
 }
 
 /// The name of an output without the index of an element at its end.
-fn base(column: &Column) -> Option<&str> {
+fn base(column: &OutputColumn) -> Option<&str> {
     column.output.strip_suffix(']')?.rsplit_once('[').map(|(base, _)| base)
 }
 
@@ -81,7 +81,7 @@ impl Program {
     /// Points with lists of globals.
     pub(crate) fn points<'a>(count: usize, lists: impl Iterator<Item = List<'a>>) -> PyResult<Points<'a>> {
         let mut points = Points::new(count);
-        let (mut dx, mut dy): (Option<&[[f32; 3]]>, Option<&[[f32; 3]]>) = (None, None);
+        let (mut dx, mut dy) = (None, None);
         for (name, list) in lists {
             let triples = list.as_chunks::<3>().0;
             points = match name {
@@ -130,25 +130,29 @@ impl<'py> Numbers<'py> {
     fn of((name, kind, _, object): &Named<'py>) -> PyResult<Numbers<'py>> {
         let wrong = |why: PyErr| PyTypeError::new_err(format!("`{name}`: {}", why.value(object.py())));
         let given = match kind.as_str() {
-            "int" => object.extract().map(Numbers::Ints).map_err(PyErr::from),
-            "float" | "triple" | "matrix" => object.extract().map(Numbers::Floats).map_err(PyErr::from),
+            "int" => object.extract().map(Numbers::Ints),
+            "float" | "triple" | "matrix" => object.extract().map(Numbers::Floats),
             kind => values::of_kind(kind, object).map(Numbers::Same),
         };
         given.map_err(wrong)
     }
 
-    fn data<'a>(&'a self, (name, kind, length, _): &Named<'_>) -> PyResult<Data<'a>> {
-        Ok(match (self, kind.as_str()) {
-            (Numbers::Same(value), _) => Data::Same(value.clone()),
-            (Numbers::Ints(array), _) => Data::Ints(slice(name, array)?.into(), *length),
-            (Numbers::Floats(array), "triple") => {
-                Data::Triples(slice(name, array)?.as_chunks().0.into(), *length)
-            }
-            (Numbers::Floats(array), "matrix") => {
-                Data::Matrices(slice(name, array)?.as_chunks().0.into(), *length)
-            }
-            (Numbers::Floats(array), _) => Data::Floats(slice(name, array)?.into(), *length),
-        })
+    /// Adds the data to points.
+    fn add<'a>(&'a self, points: Points<'a>, (name, kind, length, _): &Named<'_>) -> PyResult<Points<'a>> {
+        let column: Column<'a> = match (self, kind.as_str()) {
+            (Numbers::Same(value), _) => return Ok(points.data_everywhere(name, value.clone())),
+            (Numbers::Ints(array), _) => slice(name, array)?.into(),
+            (Numbers::Floats(array), "triple") => slice(name, array)?.as_chunks::<3>().0.into(),
+            (Numbers::Floats(array), "matrix") => slice(name, array)?.as_chunks::<16>().0.into(),
+            (Numbers::Floats(array), _) => slice(name, array)?.into(),
+        };
+        Ok(points.data(
+            name,
+            match length {
+                Some(length) => Column::Arrays(Box::new(column), *length),
+                None => column,
+            },
+        ))
     }
 }
 
@@ -217,7 +221,7 @@ impl Program {
         }
         let numbers = named.iter().map(Numbers::of).collect::<PyResult<Vec<_>>>()?;
         for (named, numbers) in named.iter().zip(&numbers) {
-            points = points.data(&named.0, numbers.data(named)?);
+            points = numbers.add(points, named)?;
         }
         let targets = self.outs.iter().zip(&targets).map(|(out, target)| Target::of(out, target));
         let mut targets = targets.collect::<PyResult<Vec<_>>>()?;
