@@ -308,13 +308,13 @@ impl Expr {
             ExprKind::Triple(parts) => parts.iter().collect(),
             ExprKind::Matrix(parts) | ExprKind::Comma(parts) => parts.iter().collect(),
             ExprKind::Struct(parts) => parts.iter().flat_map(Init::exprs).collect(),
-            ExprKind::Call(_, args) => {
-                let of_arg = |arg| match arg {
-                    &Arg::Alias(ref place) => place.indices().collect(),
+            ExprKind::Call(_, args) => args
+                .iter()
+                .flat_map(|arg| match arg {
+                    Arg::Alias(place) => place.indices().collect(),
                     Arg::Copy { value, .. } => value.exprs(),
-                };
-                args.iter().flat_map(of_arg).collect()
-            }
+                })
+                .collect(),
             ExprKind::Builtin(call) => call.args.iter().collect(),
             ExprKind::Operation(call) => call.args.iter().collect(),
         }

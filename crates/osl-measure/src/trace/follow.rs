@@ -18,6 +18,9 @@ enum Way {
     Exact,
 }
 
+/// The results of a call in single and in double precision.
+type InEach = (Option<Vec<Const>>, Option<Vec<Exact>>);
+
 impl Way {
     fn strict(self) -> bool {
         self != Way::Exact
@@ -381,7 +384,7 @@ impl Follower<'_> {
         given: &Given,
         kinds: &[Kind],
         (span, way): (Span, Way),
-    ) -> Result<(Option<Vec<Const>>, Option<Vec<Exact>>), Full> {
+    ) -> Result<InEach, Full> {
         let body = self.body;
         let length = |slot: Option<SlotId>| slot.and_then(|slot| body.slot(slot).len).unwrap_or(0) as usize;
         let elements = length(kernel.reads()).saturating_add(length(kernel.writes()));
