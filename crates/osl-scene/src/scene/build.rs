@@ -132,7 +132,7 @@ fn placed(surface: &Surface, number: usize, services: &Services) -> Place {
     };
     let to_window = services.spaces.matrix("common", "NDC").ok().map(|m| Mat4::from_cols_array(&m));
     // The radical inverse in base 2: close numbers give values far apart.
-    let random = (number as u32 + 1).reverse_bits() as f32 / 2_f32.powi(32);
+    let random = (number as u32 + 1).reverse_bits() as f32 / 4_294_967_296.0;
     Place { bounds, to_common: surface.matrix, to_window, random }
 }
 
