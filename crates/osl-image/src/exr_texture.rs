@@ -82,7 +82,7 @@ pub fn exr_texture(
                 }
                 let compress = |(at, place): &(usize, TileIndices)| {
                     let rows = rows(&channels, *place, tile)?;
-                    Ok((*at, chunk(&rows, *place, tile, options.samples, &meta.headers)?))
+                    Ok((*at, chunk(&rows, *place, tile, (options.samples, channels.len()), &meta.headers)?))
                 };
                 let done: Vec<exr::error::Result<_>> = some.par_iter().map(compress).collect();
                 for chunk in done {
@@ -125,14 +125,23 @@ impl Channel {
     }
 }
 
+/// Columns and rows of a tile. The size that the library lists is that of a whole tile, also at the border.
+fn size(channels: &[Channel], place: TileIndices, tile: usize) -> Option<(usize, usize)> {
+    let at = place.location.tile_index;
+    let level = channels.first()?.0.get(place.location.level_index.x())?;
+    let left = |whole: usize, at: usize| whole.checked_sub(at * tile).map(|left| left.min(tile));
+    Some((left(level.width, at.x())?, left(level.height, at.y())?))
+}
+
 /// The texels of a tile, row by row with all channels of a row after each other.
 fn rows(channels: &[Channel], place: TileIndices, tile: usize) -> exr::error::Result<Vec<Vec<f32>>> {
     let (at, level) = (place.location.tile_index, place.location.level_index);
-    let (first, columns) = ((at.x() * tile, at.y() * tile), place.size.width());
-    let mut rows = Vec::with_capacity(place.size.height() * channels.len());
-    for row in first.1..first.1 + place.size.height() {
+    let missing = || exr::error::Error::Invalid("level of the texture".into());
+    let first = (at.x() * tile, at.y() * tile);
+    let (columns, height) = size(channels, place, tile).ok_or_else(missing)?;
+    let mut rows = Vec::with_capacity(height * channels.len());
+    for row in first.1..first.1 + height {
         for channel in channels {
-            let missing = || exr::error::Error::Invalid("level of the texture".into());
             let level = channel.0.get(level.x()).ok_or_else(missing)?;
             let texel = |column| level.texel(column, row).map_or(0.0, |at| level.texels.get(at));
             rows.push((first.0..first.0 + columns).map(texel).collect());
@@ -146,7 +155,7 @@ fn chunk(
     rows: &[Vec<f32>],
     place: TileIndices,
     tile: usize,
-    samples: SampleType,
+    (samples, n_channels): (SampleType, usize),
     headers: &[Header],
 ) -> exr::error::Result<Chunk> {
     let is_zip = |header: &Header| matches!(header.compression, Compression::ZIP1 | Compression::ZIP16);
@@ -157,7 +166,8 @@ fn chunk(
         return Ok(Chunk { layer_index: 0, compressed_block: CompressedBlock::Tile(block) });
     }
     let at = place.location.tile_index;
-    let mut data = Vec::with_capacity(rows.len() * place.size.width() * 4);
+    let columns = rows.first().map_or(0, Vec::len);
+    let mut data = Vec::with_capacity(rows.len() * columns * 4);
     for value in rows.iter().flatten() {
         match samples {
             SampleType::Float => data.extend(value.to_ne_bytes()),
@@ -167,7 +177,7 @@ fn chunk(
     let index = BlockIndex {
         layer: 0,
         pixel_position: Vec2(at.x() * tile, at.y() * tile),
-        pixel_size: place.size,
+        pixel_size: Vec2(columns, rows.len() / n_channels.max(1)),
         level: place.location.level_index,
     };
     UncompressedBlock { index, data }.compress_to_chunk(headers)

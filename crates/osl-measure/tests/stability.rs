@@ -71,7 +71,7 @@ fn a_report_reads_like_this() {
     for part in [
         "<title>large_offset_floor.osl: numerical stability</title>",
         "Points are wrong that are off by more than 0.01 of the range.",
-        "<h2>Repair</h2><pre>Repair: `a &lt; b`\n  - old</pre>",
+        "<h2>Repair</h2>\n<pre>Repair: `a &lt; b`\n  - old</pre>",
         "<h3>offset 1e3</h3>",
         ">offset that is added to the coordinates</text>",
     ] {

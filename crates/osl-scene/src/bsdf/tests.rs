@@ -158,7 +158,8 @@ fn every_closure_of_the_table_is_tried_and_does_something() {
             assert!(shows && scatter.unknown.is_empty(), "{name}");
         }
     }
-    let known = |name: &str| osl_hir::builtins::find(name).is_some();
+    // The header of a renderer declares this one.
+    let known = |name: &str| osl_hir::builtins::find(name).is_some() || name == "outputvariable";
     assert!(CLOSURES.iter().all(|c| known(c.name)), "rows have the names of built-in functions");
 }
 
