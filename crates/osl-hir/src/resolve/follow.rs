@@ -1,11 +1,12 @@
 //! Follow-up errors: what an earlier error, or a gap in the tree, explains is not reported.
 //!
 //! Four rules. A message about a part of the file that a gap covers is dropped, and so is the second error of
-//! one kind at one place. A type or member that is not there is reported once. A message about a name that a
-//! gap may have declared is dropped. Within a declaration that has a gap, scopes and loops may end at other
-//! places than written, so messages that depend on them are dropped. Scripts that count the errors of the
-//! reference get all that it reports ([`Reports::AsReference`]): an expression with an error is reported
-//! again where its type matters, and the types of the shader are only checked if everything else is right.
+//! one kind at one place. A type or member that is not there is reported once in a declaration. A message
+//! about a name that a gap may have declared is dropped. Within a declaration that has a gap, scopes and
+//! loops may end at other places than written, so messages that depend on them are dropped. Scripts that
+//! count the errors of the reference get all that it reports ([`Reports::AsReference`]): an expression with
+//! an error is reported again where its type matters, and the types of the shader are only checked if
+//! everything else is right.
 
 use super::{Resolver, errors};
 use osl_syntax::Reports;
@@ -35,7 +36,7 @@ pub(super) struct Follow {
     first_gap: Option<u32>,
     /// Code and location of each error.
     reported: FxHashSet<(&'static str, Span)>,
-    /// The messages about types and members that are not there.
+    /// The messages about types and members that are not there, in the declaration that is being resolved.
     named: FxHashSet<String>,
     /// Whether a declaration with an unknown type may be the shader, whose first word is misspelt.
     shader_misspelt: bool,
@@ -78,6 +79,7 @@ impl Resolver<'_> {
         self.follow.nameless = meeting().map(|gap| gap.nameless).sum();
         self.follow.lost = meeting().flat_map(|gap| &gap.names).cloned().collect();
         self.told.clear();
+        self.follow.named.clear();
     }
 
     /// Whether a diagnostic follows from an earlier error or a gap.
@@ -89,7 +91,7 @@ impl Resolver<'_> {
             return self.follow.shader_misspelt || !self.ast.gaps.is_empty();
         }
         let of_scopes = [errors::REDECLARED, errors::OUTSIDE_LOOP, errors::BAD_RETURN];
-        // Like a variable that is not declared, these are reported where they come first.
+        // Like a variable that is not declared, these are reported where they come first in a declaration.
         let of_names = [errors::UNKNOWN_TYPE, errors::UNKNOWN_MEMBER];
         self.ast.gaps.list.iter().any(|gap| gap.overlaps(d.span))
             || (of_scopes.contains(&d.code) && self.is_after_gap(d.span))

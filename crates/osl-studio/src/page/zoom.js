@@ -72,8 +72,7 @@ export class Zoom {
       return 1;
     }
     const fits = Math.floor(room / Math.max(width, height));
-    // Whole pixels of the screen for each pixel, if there is room for two; else the width of the pane.
-    return fits > 1 ? Math.min(LARGEST, fits) : room / width;
+    return fits > 1 ? Math.min(LARGEST, fits) : Math.min(1, room / width);
   }
 
   /** Width and height of the frame for a zoom. */
@@ -163,7 +162,7 @@ export class Zoom {
     if (!this.view || !width) {
       Object.assign(frame.style, { width: "", height: "" });
       Object.assign(pinned.style, { width: "", height: "", transform: "" });
-      Object.assign(canvas.style, { width: `${width * this.whole}px`, height: "", transform: "", aspectRatio: `${width} / ${height}` });
+      Object.assign(canvas.style, { width: `${width * Math.max(1, this.whole)}px`, height: "", transform: "", aspectRatio: `${width} / ${height}` });
       this.placed();
       return;
     }
