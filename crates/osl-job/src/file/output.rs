@@ -427,7 +427,7 @@ fn single(
 }
 
 /// The part of a file's name that stands for the output.
-const OUTPUT: &str = "{output}";
+pub const OUTPUT: &str = "{output}";
 
 /// Whether the picture of a path is there: the file itself, or a file of one of its outputs. The files of one
 /// picture are moved into place together.

@@ -21,7 +21,7 @@ use osl_image::{
 };
 use osl_ir::ir::Kind;
 use osl_ir::types::Base;
-use osl_job::file::output::{EMPTY, groups};
+use osl_job::file::output::{EMPTY, OUTPUT, groups};
 use osl_job::file::software::SOFTWARE;
 use osl_job::picture::{self, Extras};
 use osl_job::report::ranges::layer_kind;
@@ -280,6 +280,3 @@ impl BakeArgs {
         Ok(paths)
     }
 }
-
-/// The part of a file's name that stands for the output.
-const OUTPUT: &str = "{output}";
